@@ -1,0 +1,61 @@
+"""The scene that is published and proved: exact grid coordinates, faces in their final order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+COORDINATE_LIMIT = 1 << 23
+"""Every grid coordinate is smaller than this in magnitude, so that differences fit 24 bits."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Faces on the grid, in the order in which the tileset publishes them.
+
+    Notes
+    -----
+    Face i belongs to object ``face_object[i]`` and object j to content ``object_content[j]``; both arrays
+    never decrease, so the position of a face is its number in the file.
+    """
+
+    vertices: NDArray[np.int64]
+    """(V, 3) grid coordinates in the nav frame; metres = value * step."""
+    faces: NDArray[np.int32]
+    """(F, 3) indices into vertices; no degenerate faces."""
+    face_object: NDArray[np.int32]
+    """(F,) object of each face."""
+    object_content: NDArray[np.int32]
+    """(K,) content of each object."""
+    object_names: tuple[str, ...]
+    """(K,) names for people; not unique."""
+    grid_exponent: int = -10
+    """The step is 2**grid_exponent metres."""
+    tileset_from_nav: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
+    """(4, 4) rigid motion from the nav frame to the frame of the entry tileset."""
+
+    @property
+    def step(self) -> float:
+        """Grid step in metres."""
+        return float(2.0**self.grid_exponent)
+
+    @property
+    def face_count(self) -> int:
+        """Number of faces."""
+        return len(self.faces)
+
+    @property
+    def object_count(self) -> int:
+        """Number of objects."""
+        return len(self.object_content)
+
+    @property
+    def content_count(self) -> int:
+        """Number of contents."""
+        return int(self.object_content[-1]) + 1 if len(self.object_content) else 0
+
+    def corners(self) -> NDArray[np.int64]:
+        """(F, 3, 3) grid coordinates of the corners of every face."""
+        return self.vertices[self.faces]
