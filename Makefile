@@ -60,7 +60,7 @@ bench: setup  ## one table of times, each beside a peer in the same run
 	$(PY) benchmarks/run.py
 
 site: $(VENV)/.installed-docs  ## the documentation as a folder of pages, ./site
-	$(BIN)/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@echo "site/index.html"
 
 clean:  ## remove what the verbs have made, except the environment

@@ -1,7 +1,7 @@
 """Install the pinned npm packages of tests/external into build/ and print the folder.
 
-The folder is named by the digest of the lock file, so that another lock means another folder and an installed one is
-never changed. npm gets a folder of its own that is renamed when it is complete.
+The folder is named by the digest of the lock file, so that another lock means another folder and an installed
+one is never changed. npm gets a folder of its own that is renamed when it is complete.
 """
 
 from __future__ import annotations

@@ -85,10 +85,6 @@ def test_ajv_and_jsonschema_agree_on_the_conformance_cases(
     assert len(verdicts) == len(judged)
     assert {verdict["valid"] for verdict in verdicts} == {True, False}, "the cases hold both kinds"
     for (case, name, value), verdict in zip(judged, verdicts, strict=True):
-        ours = sorted(
-            {
-                "/".join(map(str, e.path))
-                for e in Draft202012Validator(schemas[name], registry=registry).iter_errors(value)
-            }
-        )
+        errors = Draft202012Validator(schemas[name], registry=registry).iter_errors(value)
+        ours = sorted(error.json_path for error in errors)
         assert verdict["valid"] == (not ours), (case.name, name, ours, verdict["errors"])
