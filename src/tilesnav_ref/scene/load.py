@@ -1,0 +1,163 @@
+"""From a file to a scene and a report on it."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tilesnav_ref.scene.build import Build, Soup, build_scene
+from tilesnav_ref.scene.crop import Crop, crop
+from tilesnav_ref.scene.errors import SceneError
+from tilesnav_ref.scene.frame import NavFrame, to_nav
+from tilesnav_ref.scene.model import Scene
+from tilesnav_ref.scene.read import MeshFile, read_mesh
+from tilesnav_ref.scene.settings import METRES_PER_UNIT, SceneReport, SceneSettings
+from tilesnav_ref.scene.weld import snap, weld
+
+
+def load_scene(path: str | PathLike[str], settings: SceneSettings | None = None) -> tuple[Scene, SceneReport]:
+    """Read a mesh file and make it the scene that is published and proved.
+
+    Parameters
+    ----------
+    path : str or path
+        PLY, OBJ, STL, GLB, glTF or OFF file.
+    settings : SceneSettings or None
+        None for the defaults.
+
+    Returns
+    -------
+    scene : Scene
+        Grid coordinates in the nav frame.
+    report : SceneReport
+        What was found and done.
+
+    Raises
+    ------
+    SceneError
+        Naming the file, the place, what was found and what is allowed.
+    """
+    settings = settings or SceneSettings()
+    path = Path(path)
+    clock = _Clock()
+    mesh = read_mesh(path, settings.max_faces)
+    clock.lap("read")
+    vertices, faces, part = _concatenate(mesh)
+    frame = to_nav(str(path), path.suffix.lower(), vertices, settings)
+    snapped = snap(frame.positions, settings.grid_exponent, str(path))
+    soup = Soup(snapped, faces, part, tuple(p.name for p in mesh.parts))
+    clock.lap("snap")
+    soup, cropping = _crop(soup, settings, str(path))
+    clock.lap("crop")
+    built = build_scene(soup, settings, frame.tileset_from_nav, str(path))
+    clock.lap("build")
+    return built.scene, _report(
+        str(path), mesh, _Steps(frame, snapped, soup, cropping, built), settings, clock
+    )
+
+
+class _Clock:
+    """Seconds by step."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, name: str) -> None:
+        """Book the time since the last lap under a name."""
+        now = time.perf_counter()
+        self.seconds[name] = round(now - self._last, 4)
+        self._last = now
+
+
+@dataclass(frozen=True)
+class _Steps:
+    """Results of the steps, for the report."""
+
+    frame: NavFrame
+    snapped: NDArray[np.int64]
+    soup: Soup
+    cropping: Crop | None
+    built: Build
+
+
+def _concatenate(mesh: MeshFile) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
+    starts = np.cumsum([0, *(len(p.vertices) for p in mesh.parts[:-1])])
+    vertices = np.concatenate([p.vertices for p in mesh.parts])
+    faces = np.concatenate([p.faces + start for p, start in zip(mesh.parts, starts, strict=True)])
+    return vertices, faces, np.repeat(np.arange(len(mesh.parts)), [len(p.faces) for p in mesh.parts])
+
+
+def _crop(soup: Soup, settings: SceneSettings, source: str) -> tuple[Soup, Crop | None]:
+    """Keep what the region keeps, judged on welded vertices."""
+    if settings.region is None:
+        return soup, None
+    vertices, faces = weld(soup.vertices, soup.faces)
+    x0, y0, x1, y1 = (c / settings.step for c in settings.region)
+    result = crop(
+        vertices.astype(np.float64), faces, (x0, y0, x1, y1), settings.region_margin / settings.step
+    )
+    if not result.keep.any():
+        low, high = (np.array2string(v * settings.step) for v in (vertices.min(axis=0), vertices.max(axis=0)))
+        raise SceneError(source, "region", f"no face in {settings.region}", f"a part of {low} to {high} m")
+    return Soup(vertices, faces[result.keep], soup.part[result.keep], soup.part_names), result
+
+
+def _report(
+    source: str, mesh: MeshFile, steps: _Steps, settings: SceneSettings, clock: _Clock
+) -> SceneReport:
+    scene, built, cropping = steps.built.scene, steps.built, steps.cropping
+    used = (
+        sum(len(np.unique(p.faces)) for p in mesh.parts)
+        if cropping is None
+        else len(np.unique(steps.soup.faces))
+    )
+    moved = np.linalg.norm(steps.snapped * settings.step - steps.frame.positions, axis=1)
+    lower, upper = (
+        tuple(float(c) * settings.step for c in bound)
+        for bound in (scene.vertices.min(axis=0), scene.vertices.max(axis=0))
+    )
+    return SceneReport(
+        source=source,
+        parts=len(mesh.parts),
+        file_vertices=sum(len(p.vertices) for p in mesh.parts),
+        file_faces=sum(len(p.faces) for p in mesh.parts),
+        up=steps.frame.up,
+        metres_per_unit=METRES_PER_UNIT[settings.units],
+        vertices=len(scene.vertices),
+        faces=scene.face_count,
+        objects=scene.object_count,
+        contents=scene.content_count,
+        lower=(lower[0], lower[1], lower[2]),
+        upper=(upper[0], upper[1], upper[2]),
+        moved_max=float(moved.max()),
+        vertices_merged=used - len(scene.vertices),
+        degenerate_removed=built.degenerate_removed,
+        components=built.topology.components,
+        boundary_edges=built.topology.boundary_edges,
+        non_manifold_edges=built.topology.non_manifold_edges,
+        doubled_faces=built.topology.doubled_faces,
+        junctions=built.junctions,
+        faces_divided=built.faces_divided,
+        faces_before_noding=built.faces_before_noding,
+        cropped_faces=0 if cropping is None else int((~cropping.keep).sum()),
+        cut_components=0 if cropping is None else cropping.cut_components,
+        notes=(*steps.frame.notes, *_notes(mesh, cropping, settings)),
+        seconds=clock.seconds,
+    )
+
+
+def _notes(mesh: MeshFile, cropping: Crop | None, settings: SceneSettings) -> list[str]:
+    notes = []
+    if mesh.skipped:
+        notes.append(f"{mesh.skipped} sets of points or lines were left out")
+    if cropping is not None and cropping.cut_components:
+        count = f"{cropping.cut_components} of {cropping.components} components"
+        near = f"faces within {settings.region_margin:g} m of it"
+        notes.append(f"{count} are larger than the region; of them only the {near} were kept")
+    return notes

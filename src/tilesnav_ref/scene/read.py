@@ -1,0 +1,167 @@
+"""Reading of mesh files through trimesh."""
+
+from __future__ import annotations
+
+import io
+import json
+import struct
+import warnings
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from tilesnav_ref.scene.claims import check_claims
+from tilesnav_ref.scene.errors import SceneError
+
+SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off")
+
+FILE_BYTES_LIMIT = 2 << 30
+"""Bytes; parsers hold a file several times over."""
+
+PARSER_FAILURES = (
+    ValueError,
+    TypeError,
+    LookupError,
+    AttributeError,
+    ArithmeticError,
+    AssertionError,
+    NameError,
+    RuntimeError,
+    OSError,
+    EOFError,
+    MemoryError,
+    struct.error,
+    zlib.error,
+    json.JSONDecodeError,
+)
+"""What trimesh has been seen to raise on broken files; it has no error of its own."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One placed geometry of a file."""
+
+    name: str
+    vertices: NDArray[np.float64]
+    """(V, 3) file units, axes of the file, node transforms applied."""
+    faces: NDArray[np.int64]
+    """(F, 3), within range."""
+
+
+@dataclass(frozen=True)
+class MeshFile:
+    """All placed geometries of a file."""
+
+    parts: tuple[Part, ...]
+    skipped: int
+    """Geometries without faces: points and lines."""
+
+
+def read_mesh(path: Path, max_faces: int) -> MeshFile:
+    """Read every triangle of a file.
+
+    Parameters
+    ----------
+    path : Path
+        File with one of the names in SUFFIXES.
+    max_faces : int
+        Greatest number of faces and of vertices, instances counted.
+
+    Raises
+    ------
+    SceneError
+        When the file cannot be read, is not what its name says, claims more than it holds, has no face, or
+        has a vertex that is not finite or an index out of range.
+    """
+    source, suffix = str(path), path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise SceneError(source, "name", repr(suffix), ", ".join(SUFFIXES))
+    data = _read_bytes(path)
+    claimed = check_claims(source, suffix, data, max_faces)
+    scene = _parse(path, suffix, data)
+    parts, skipped = _placed_parts(source, scene, max_faces)
+    count = sum(len(p.faces) for p in parts)
+    if claimed is not None and count < claimed:
+        raise SceneError(source, "faces", f"{count} of the {claimed} that the header claims", "all of them")
+    if not count:
+        found = f"no face ({skipped} sets of points or lines)" if skipped else "no face"
+        raise SceneError(source, "file", found, "a mesh with one triangle or more")
+    return MeshFile(parts, skipped)
+
+
+def _read_bytes(path: Path) -> bytes:
+    try:
+        size = path.stat().st_size
+        if size > FILE_BYTES_LIMIT:
+            raise SceneError(str(path), "file", f"{size} bytes", f"at most {FILE_BYTES_LIMIT}; divide it")
+        return path.read_bytes()
+    except OSError as error:
+        raise SceneError(str(path), "file", error.strerror or str(error), "a readable file") from error
+
+
+def _parse(path: Path, suffix: str, data: bytes) -> trimesh.Scene:
+    """Hand the bytes to trimesh; from memory, so that no claimed length allocates more than there is."""
+    options: dict[str, Any] = {"split_objects": True, "maintain_order": True} if suffix == ".obj" else {}
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return trimesh.load_scene(
+                io.BytesIO(data),
+                file_type=suffix[1:],
+                resolver=trimesh.resolvers.FilePathResolver(str(path.resolve())),
+                process=False,
+                skip_materials=True,
+                **options,
+            )
+    except PARSER_FAILURES as error:
+        found = f"{type(error).__name__}: {error}"[:200]
+        raise SceneError(str(path), "content", found, f"a valid {suffix[1:].upper()} file") from error
+
+
+def _placed_parts(source: str, scene: trimesh.Scene, max_faces: int) -> tuple[tuple[Part, ...], int]:
+    meshes = {n: g for n, g in scene.geometry.items() if isinstance(g, trimesh.Trimesh) and len(g.faces)}
+    placed = []
+    for node in sorted(scene.graph.nodes_geometry, key=str):
+        matrix, name = scene.graph[node]
+        if name in meshes:
+            placed.append((str(node), np.asarray(matrix, np.float64), meshes[name]))
+    for what, count in (
+        ("faces", sum(len(mesh.faces) for _, _, mesh in placed)),
+        ("vertices", sum(len(mesh.vertices) for _, _, mesh in placed)),
+    ):
+        if count > max_faces:
+            raise SceneError(
+                source, "scene", f"{count} {what}, instances counted", f"at most {max_faces} (max_faces)"
+            )
+    parts = tuple(_part(source, name, matrix, mesh) for name, matrix, mesh in placed)
+    return parts, len(scene.geometry) - len(meshes)
+
+
+def _part(source: str, name: str, matrix: NDArray[np.float64], mesh: trimesh.Trimesh) -> Part:
+    vertices = np.asarray(mesh.vertices, np.float64)
+    faces = np.asarray(mesh.faces, np.int64)
+    wrong = np.flatnonzero(((faces < 0) | (faces >= len(vertices))).any(axis=1))
+    if len(wrong):
+        first = f"{name}: face {wrong[0]}"
+        raise SceneError(
+            source, first, f"vertex indices {faces[wrong[0]].tolist()}", f"0 to {len(vertices) - 1}"
+        )
+    used = np.zeros(len(vertices), bool)
+    used[faces.ravel()] = True
+    infinite = np.flatnonzero(used & ~np.isfinite(vertices).all(axis=1))
+    if len(infinite):
+        first = f"{name}: vertex {infinite[0]}"
+        raise SceneError(source, first, f"{vertices[infinite[0]].tolist()}", "finite coordinates")
+    vertices = np.where(used[:, None], vertices, 0.0)
+    if not np.array_equal(matrix, np.eye(4)):
+        vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
+        if not np.isfinite(vertices).all():
+            raise SceneError(
+                source, f"node {name}", "a transform with non-finite result", "finite coordinates"
+            )
+    return Part(name, vertices, faces)
