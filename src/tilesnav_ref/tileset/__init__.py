@@ -1,0 +1,1 @@
+"""Writing: deltas, glTF contents, the nav file and tileset.json."""

@@ -1,0 +1,122 @@
+"""The contents of level 0: where they are, and how their faces share out to objects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tilesnav_ref.stream.errors import TilesetError
+from tilesnav_ref.stream.fields import JSON_LIMIT, Fields, parse_object
+from tilesnav_ref.stream.glb import open_glb
+from tilesnav_ref.stream.uris import read_bytes, resolve_uri
+
+EXTENSION = "3DTILES_nav"
+DEPTH_LIMIT = 32
+"""External tilesets may be nested this deep."""
+
+
+@dataclass(frozen=True)
+class ContentRef:
+    """A content as the tileset states it."""
+
+    path: Path
+    content_id: int
+    face_count: int
+    object_count: int
+
+
+@dataclass(frozen=True)
+class _Document:
+    tileset: Fields
+    folder: Path
+    chain: tuple[Path, ...]
+    """Files of the tilesets that led here, this one included."""
+
+
+def find_contents(entry: Fields, path: Path, root: Path) -> tuple[ContentRef, ...]:
+    """Walk the tiles, external tilesets included, and list the nav contents of level 0 by contentId.
+
+    Raises
+    ------
+    TilesetError
+        When a reference leads outside or back, nests too deep, or the ids are not 0, 1, 2, ... each once.
+    """
+    found: list[ContentRef] = []
+    documents = [_Document(entry, path.parent, (path,))]
+    while documents:
+        document = documents.pop()
+        tiles = [document.tileset.fields("root")]
+        while tiles:
+            tile = tiles.pop()
+            if tile.has("children"):
+                tiles.extend(tile.list_of_fields("children"))
+            for content in _contents_of(tile):
+                target = resolve_uri(content, document.folder, root)
+                if target.suffix == ".json":
+                    documents.append(_external(document, target))
+                elif _is_nav_content(content):
+                    found.append(_content_ref(content, target))
+    found.sort(key=lambda content: content.content_id)
+    ids = [content.content_id for content in found]
+    if ids != list(range(len(ids))):
+        raise TilesetError(str(path), "contentId", f"{ids[:8]}", "0, 1, 2, ... each once")
+    return tuple(found)
+
+
+def object_offsets(contents: tuple[ContentRef, ...]) -> NDArray[np.int64]:
+    """First face of every object and, last, the number of faces; the prefix sum over contents and primitives.
+
+    Returns
+    -------
+    (K + 1,) int64
+
+    Raises
+    ------
+    TilesetError
+        When a glb cannot be read or its counts are not those that the tileset states.
+    """
+    counts: list[int] = []
+    for content in contents:
+        faces = open_glb(content.path).face_counts
+        if len(faces) != content.object_count or sum(faces) != content.face_count:
+            found = f"{sum(faces)} faces in {len(faces)} primitives"
+            stated = f"{content.face_count} faces in {content.object_count} primitives, as the tileset states"
+            raise TilesetError(str(content.path), "meshes", found, stated)
+        counts.extend(faces)
+    return np.concatenate(([0], np.cumsum(counts, dtype=np.int64)))
+
+
+def _contents_of(tile: Fields) -> list[Fields]:
+    contents = tile.list_of_fields("contents") if tile.has("contents") else []
+    return [*contents, tile.fields("content")] if tile.has("content") else contents
+
+
+def _external(document: _Document, target: Path) -> _Document:
+    if target in document.chain:
+        raise TilesetError(
+            str(document.chain[-1]), "content.uri", f"{target.name} again", "tilesets without a cycle"
+        )
+    if len(document.chain) > DEPTH_LIMIT:
+        raise TilesetError(
+            str(target), "file", f"more than {DEPTH_LIMIT} nested tilesets", f"at most {DEPTH_LIMIT}"
+        )
+    tileset = parse_object(read_bytes(target, JSON_LIMIT), str(target))
+    return _Document(tileset, target.parent, (*document.chain, target))
+
+
+def _is_nav_content(content: Fields) -> bool:
+    return content.has("extensions") and content.fields("extensions").has(EXTENSION) and _level(content) == 0
+
+
+def _level(content: Fields) -> int:
+    return content.fields("extensions").fields(EXTENSION).integer("level")
+
+
+def _content_ref(content: Fields, path: Path) -> ContentRef:
+    extension = content.fields("extensions").fields(EXTENSION)
+    return ContentRef(
+        path, extension.integer("contentId"), extension.integer("faceCount"), extension.integer("objectCount")
+    )

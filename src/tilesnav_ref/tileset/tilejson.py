@@ -1,0 +1,123 @@
+"""tileset.json: the tree of tiles and the extension's entry object."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tilesnav_ref import __version__
+from tilesnav_ref.scene.model import Scene
+from tilesnav_ref.tileset.bounds import box_volume, diagonal
+from tilesnav_ref.tileset.content import Content
+from tilesnav_ref.tileset.model import EXTENSION, SPEC_VERSION, NavMap
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Sector:
+    """A nav file that has been written."""
+
+    uri: str
+    first: int
+    """Number of its first cell."""
+    last: int
+    """Number behind that of its last cell."""
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A content that has been written, without its bytes."""
+
+    uri: str
+    extension: Json
+    lower: NDArray[np.int64]
+    upper: NDArray[np.int64]
+
+
+def content_tile(uri: str, content_id: int, content: Content) -> Tile:
+    """State what tileset.json says about a content of level 0."""
+    extension = {
+        "contentId": content_id,
+        "level": 0,
+        "faceCount": content.face_count,
+        "objectCount": content.object_count,
+        "sha256": hashlib.sha256(content.data).hexdigest(),
+    }
+    return Tile(uri, extension, content.lower, content.upper)
+
+
+def tileset_json(nav_map: NavMap, tiles: list[Tile], sectors: list[Sector]) -> Json:
+    """Make the entry tileset.
+
+    Notes
+    -----
+    The root has no content, so refining it replaces nothing and adds everything: with ADD a viewer shows
+    each child as soon as it is there, with REPLACE it would hold all of them back until the last one has
+    come. Children are the finest level, so their geometric error is 0; what is missing while they are not
+    shown is the whole scene, so the error of the root is the diagonal of its box.
+    """
+    scene = nav_map.scene
+    lower = np.min([tile.lower for tile in tiles], axis=0)
+    upper = np.max([tile.upper for tile in tiles], axis=0)
+    error = diagonal(lower, upper, scene.step)
+    return {
+        "asset": {"version": "1.1", "generator": f"tilesnav {__version__}"},
+        "extensionsUsed": [EXTENSION],
+        "extensions": {EXTENSION: _entry(nav_map, sectors)},
+        "geometricError": error,
+        "root": {
+            "transform": column_major(scene.tileset_from_nav),
+            "boundingVolume": {"box": box_volume(lower, upper, scene.step)},
+            "geometricError": error,
+            "refine": "ADD",
+            "children": [_child(scene, tile) for tile in tiles],
+        },
+    }
+
+
+def column_major(transform: NDArray[np.float64]) -> list[float]:
+    """Return the 16 elements of a (4, 4) matrix, column after column."""
+    return [float(v) + 0.0 for v in transform.T.ravel()]
+
+
+def _child(scene: Scene, tile: Tile) -> Json:
+    return {
+        "boundingVolume": {"box": box_volume(tile.lower, tile.upper, scene.step)},
+        "geometricError": 0,
+        "content": {"uri": tile.uri, "extensions": {EXTENSION: tile.extension}},
+    }
+
+
+def _entry(nav_map: NavMap, sectors: list[Sector]) -> Json:
+    scene, cells, pvs, lod = nav_map.scene, nav_map.cells, nav_map.pvs, nav_map.lod.settings
+    return {
+        "version": SPEC_VERSION,
+        "grid": {"exponent": scene.grid_exponent},
+        "transform": column_major(scene.tileset_from_nav),
+        "clearance": cells.clearance * scene.step,
+        "faceCount": scene.face_count,
+        "objectCount": scene.object_count,
+        "cellCount": cells.count,
+        "portalCount": cells.portal_count,
+        "sectors": [_sector(nav_map, sector) for sector in sectors],
+        "lod": {"reference": lod.reference, "base": lod.base, "levelCount": lod.level_count},
+        "pvs": {"listed": len(pvs.pvs_faces), "provenVisible": int(np.count_nonzero(pvs.pvs_proven))},
+        "provenance": nav_map.provenance,
+    }
+
+
+def _sector(nav_map: NavMap, sector: Sector) -> Json:
+    cells = slice(sector.first, sector.last)
+    lower = nav_map.cells.lower[cells].min(axis=0)
+    upper = nav_map.cells.upper[cells].max(axis=0)
+    return {
+        "uri": sector.uri,
+        "firstCell": sector.first,
+        "cellCount": sector.last - sector.first,
+        "boundingVolume": {"box": box_volume(lower, upper, nav_map.scene.step)},
+    }

@@ -1,0 +1,99 @@
+"""Writing a tileset into a folder."""
+
+from __future__ import annotations
+
+import json
+import logging
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tilesnav_ref.tileset.content import make_content
+from tilesnav_ref.tileset.delta import state_digests
+from tilesnav_ref.tileset.errors import EncodeError
+from tilesnav_ref.tileset.model import NavMap, TilesetSettings
+from tilesnav_ref.tileset.nav import CellArrays, nav_file
+from tilesnav_ref.tileset.tilejson import Sector, Tile, content_tile, tileset_json
+
+log = logging.getLogger(__name__)
+
+
+def write_tileset(
+    folder: Path, nav_map: NavMap, planes: NDArray[np.float64], settings: TilesetSettings
+) -> None:
+    """Write contents, nav files and tileset.json.
+
+    Parameters
+    ----------
+    folder : Path
+        Exists and is empty.
+    nav_map : NavMap
+        Results of all stages.
+    planes : (N, 6, 4) float64
+        Outward unit normal and d of every plane of every cell, inside is n.x + d <= 0, nav frame, metres.
+    settings : TilesetSettings
+        How cells are shared out to nav files.
+
+    Raises
+    ------
+    EncodeError
+        When there are no cells, or more of anything than readers accept.
+
+    Notes
+    -----
+    The files depend on the arguments alone: no time, name of a host or number of threads gets into them.
+    tileset.json is written last.
+    """
+    _check(nav_map, planes, settings)
+    tiles = _write_contents(folder, nav_map)
+    sectors = _write_sectors(folder, nav_map, planes, settings)
+    document = tileset_json(nav_map, tiles, sectors)
+    text = json.dumps(document, indent=1, allow_nan=False) + "\n"
+    (folder / "tileset.json").write_text(text, encoding="utf-8")
+
+
+def _check(nav_map: NavMap, planes: NDArray[np.float64], settings: TilesetSettings) -> None:
+    cells, pvs, lod = nav_map.cells, nav_map.pvs, nav_map.lod
+    if cells.count == 0:
+        raise EncodeError("there is no cell to publish")
+    lengths = {
+        "cells.portal_offsets": (len(cells.portal_offsets), cells.count + 1),
+        "pvs_offsets": (len(pvs.pvs_offsets), cells.count + 1),
+        "lod_offsets": (len(lod.lod_offsets), cells.count + 1),
+        "entered_offsets": (len(nav_map.deltas.entered_offsets), cells.portal_count + 1),
+        "planes": (len(planes), cells.count),
+        "face_object": (len(nav_map.scene.face_object), nav_map.scene.face_count),
+    }
+    for name, (found, needed) in lengths.items():
+        if found != needed:
+            raise ValueError(f"{name} has {found} rows; needed are {needed}")
+    if settings.cells_per_sector < 1:
+        raise ValueError(f"cells_per_sector is {settings.cells_per_sector}; allowed: 1 or greater")
+
+
+def _write_contents(folder: Path, nav_map: NavMap) -> list[Tile]:
+    (folder / "contents").mkdir()
+    tiles = []
+    for number in range(nav_map.scene.content_count):
+        content = make_content(nav_map.scene, number)
+        uri = f"contents/{number}.glb"
+        (folder / uri).write_bytes(content.data)
+        tiles.append(content_tile(uri, number, content))
+    log.info("wrote %d contents", len(tiles))
+    return tiles
+
+
+def _write_sectors(
+    folder: Path, nav_map: NavMap, planes: NDArray[np.float64], settings: TilesetSettings
+) -> list[Sector]:
+    (folder / "nav").mkdir()
+    arrays = CellArrays(planes=planes, digests=state_digests(nav_map.pvs, nav_map.lod))
+    sectors = []
+    for number, first in enumerate(range(0, nav_map.cells.count, settings.cells_per_sector)):
+        last = min(first + settings.cells_per_sector, nav_map.cells.count)
+        uri = f"nav/{number}.nav"
+        (folder / uri).write_bytes(nav_file(nav_map, arrays, first, last))
+        sectors.append(Sector(uri, first, last))
+    log.info("wrote %d nav files", len(sectors))
+    return sectors
