@@ -1,7 +1,8 @@
 """Hand the Markdown files of the repository to mkdocs where they are, under their own paths.
 
-A hook of mkdocs.yml. The site has the folders of the repository, so a relative link between two files means the same
-in both. Pages are listed in PAGES by the order of the menu; a pattern takes its files in the order of their names.
+A hook of mkdocs.yml. The site has the folders of the repository, so a relative link between two files means
+the same in both. PAGES lists the pages in the order of the menu; a pattern takes its files in the order of
+their names.
 """
 
 from __future__ import annotations
@@ -45,7 +46,6 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Replace the files of docs/ by those of the repository; keep what the theme brings."""
     kept = [file for file in files if not (file.abs_src_path or "").startswith(config.docs_dir)]
     patterns = (*(pattern for patterns in PAGES.values() for pattern in patterns), *OTHER_FILES)
-    ours = [
-        File(path, str(ROOT), config.site_dir, use_directory_urls=config.use_directory_urls) for path in found(patterns)
-    ]
+    plain = config.use_directory_urls
+    ours = [File(path, str(ROOT), config.site_dir, use_directory_urls=plain) for path in found(patterns)]
     return Files([*kept, *ours])
