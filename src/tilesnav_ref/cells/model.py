@@ -38,7 +38,8 @@ class CellComplex:
     clearance: int
     """Grid steps by which every plane can move outwards without meeting a face."""
     coverage: float
-    """Share of the reachable free volume beyond the clearance that the cells cover, 0 to 1, measured by random points."""
+    """Share of the reachable free volume beyond the clearance that the cells cover, 0 to 1, measured by
+    random points."""
 
     @property
     def count(self) -> int:

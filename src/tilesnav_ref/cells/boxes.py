@@ -1,0 +1,171 @@
+"""Recursive decomposition of free space into axis-aligned boxes.
+
+Notes
+-----
+A box is kept when its inflation by the clearance has an interior that meets no face. Otherwise the widest
+slab at one of its sides that the faces leave free is cut off, or, when no slab of the smallest size is
+free, the box is halved along its longest axis. Only the faces that meet the inflated box go down to its
+parts, so that the lists shrink.
+
+References
+----------
+H. Samet, "The quadtree and related hierarchical data structures", ACM Computing Surveys 16(2), 1984
+(halving);
+I. Wald, V. Havran, "On building fast kd-trees for ray tracing", 2006 (cutting off empty space).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tilesnav_ref.cells.overlap import meets_box
+
+_DEPTH = 512
+"""Room for pending boxes. Every part is thinner by the smallest size, at least one step, or by half; boxes
+of the grid reach this depth only where max_size is hundreds of times min_size, and the kernel then stops
+with an error."""
+
+
+@njit(cache=True, nogil=True)
+def _enlarged(array: NDArray[np.int64], needed: int) -> NDArray[np.int64]:
+    """The array, copied to twice its length or to the needed one."""
+    room = np.empty(max(needed, 2 * len(array)), np.int64)
+    room[: len(array)] = array
+    return room
+
+
+@njit(cache=True, nogil=True)
+def _select_meeting(
+    corners: NDArray[np.int64],
+    pool: NDArray[np.int64],
+    span: tuple[int, int],
+    box: NDArray[np.int64],
+    bounds: NDArray[np.int64],
+) -> int:
+    """Faces of pool[span] that meet the open box, written behind the span; returns their end.
+
+    ``bounds`` (2, 3) receives the bounds of these faces, clipped to the box.
+    """
+    end = span[1]
+    normal = np.empty(3, np.int64)
+    bounds[0, :] = box[1]
+    bounds[1, :] = box[0]
+    for s in range(span[0], span[1]):
+        triangle = corners[pool[s]]
+        if not meets_box(triangle, box[0], box[1], normal):
+            continue
+        pool[end] = pool[s]
+        end += 1
+        for k in range(3):
+            low = min(triangle[0, k], triangle[1, k], triangle[2, k])
+            high = max(triangle[0, k], triangle[1, k], triangle[2, k])
+            bounds[0, k] = min(bounds[0, k], max(low, box[0, k]))
+            bounds[1, k] = max(bounds[1, k], min(high, box[1, k]))
+    return end
+
+
+@njit(cache=True, nogil=True)
+def _choose_cut(
+    lower: NDArray[np.int64],
+    upper: NDArray[np.int64],
+    bounds: NDArray[np.int64],
+    min_size: int,
+    clearance: int,
+) -> tuple[int, int]:
+    """Axis and place at which a box with faces is cut; axis -1 when it is too small to go on.
+
+    The free slab with the largest share of the box wins; without one, the middle of the longest axis.
+    """
+    axis, place, best = -1, 0, 0.0
+    for k in range(3):
+        extent = upper[k] - lower[k]
+        low_cut, high_cut = bounds[0, k] - clearance, bounds[1, k] + clearance
+        if min(low_cut, upper[k]) - lower[k] >= min_size and (low_cut - lower[k]) / extent > best:
+            axis, place, best = k, low_cut, (low_cut - lower[k]) / extent
+        if upper[k] - max(high_cut, lower[k]) >= min_size and (upper[k] - high_cut) / extent > best:
+            axis, place, best = k, high_cut, (upper[k] - high_cut) / extent
+    if axis >= 0:
+        return axis, place
+    longest = 0
+    for k in range(1, 3):
+        if upper[k] - lower[k] > upper[longest] - lower[longest]:
+            longest = k
+    if upper[longest] - lower[longest] < 2 * min_size:
+        return -1, 0
+    return longest, (lower[longest] + upper[longest]) >> 1
+
+
+@njit(cache=True, nogil=True)
+def _push_parts(
+    stack: NDArray[np.int64], spans: NDArray[np.int64], top: int, cut: tuple[int, int], span: tuple[int, int]
+) -> int:
+    """Replace the box at the top of the stack by its two parts; returns the new top."""
+    axis, place = cut
+    stack[top + 1] = stack[top]
+    stack[top, 1, axis] = place
+    stack[top + 1, 0, axis] = place
+    for t in range(top, top + 2):
+        spans[t, 0], spans[t, 1] = span
+    return top + 2
+
+
+@njit(cache=True, nogil=True)
+def divide_root(
+    corners: NDArray[np.int64],
+    candidates: NDArray[np.int64],
+    root: NDArray[np.int64],
+    sizes: tuple[int, int],
+    found: NDArray[np.int64],
+) -> tuple[int, NDArray[np.int64]]:
+    """Divide one box.
+
+    Parameters
+    ----------
+    corners
+        (F, 3, 3) grid coordinates of the faces.
+    candidates
+        (C,) faces that can meet the inflated root.
+    root
+        (2, 3) lower and upper corner, grid.
+    sizes
+        Smallest edge of a cell and clearance, grid steps.
+    found
+        (R, 2, 3) room for results.
+
+    Returns
+    -------
+    count, found
+        Number of free boxes, and the room, enlarged where needed. Count -1: the boxes nest too deeply.
+    """
+    min_size, clearance = sizes
+    pool = np.empty(4 * len(candidates) + 16, np.int64)
+    pool[: len(candidates)] = candidates
+    stack, spans = np.empty((_DEPTH, 2, 3), np.int64), np.empty((_DEPTH, 2), np.int64)
+    stack[0], spans[0, 0], spans[0, 1] = root, 0, len(candidates)
+    box, bounds = np.empty((2, 3), np.int64), np.empty((2, 3), np.int64)
+    count, top = 0, 1
+    while top > 0:
+        top -= 1
+        if np.min(stack[top, 1] - stack[top, 0]) < min_size:
+            continue  # what a free slab left over
+        start, end = spans[top]
+        if 2 * end - start > len(pool):
+            pool = _enlarged(pool, 2 * end - start)
+        box[0], box[1] = stack[top, 0] - clearance, stack[top, 1] + clearance
+        new_end = _select_meeting(corners, pool, (start, end), box, bounds)
+        if new_end == end:
+            if count == len(found):
+                room = np.empty((2 * count + 1, 2, 3), np.int64)
+                room[:count] = found
+                found = room
+            found[count] = stack[top]
+            count += 1
+            continue
+        cut = _choose_cut(stack[top, 0], stack[top, 1], bounds, min_size, clearance)
+        if cut[0] >= 0:
+            if top + 2 > _DEPTH:
+                return -1, found
+            top = _push_parts(stack, spans, top, cut, (end, new_end))
+    return count, found

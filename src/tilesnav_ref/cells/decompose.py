@@ -1,0 +1,191 @@
+"""From a scene to navigation cells and their portals: the stages in order."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from os import cpu_count
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tilesnav_ref.cells.boxes import divide_root
+from tilesnav_ref.cells.buckets import FaceBuckets, gather, make_buckets
+from tilesnav_ref.cells.coverage import flood_from_points, measure_coverage
+from tilesnav_ref.cells.domain import GridSizes, grid_sizes, make_domain, make_roots
+from tilesnav_ref.cells.flood import CLEAR, REACHED, clear_voxels, spread
+from tilesnav_ref.cells.merge import merge_boxes
+from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.cells.portals import find_contacts, open_contacts, portal_table, rectangle_polygons
+from tilesnav_ref.cells.selection import cell_kinds, open_sky, seed_points, select_reachable, spatial_order
+from tilesnav_ref.cells.settings import CellError, CellSettings
+from tilesnav_ref.scene.model import Scene
+
+_LOG = logging.getLogger(__name__)
+_ROOTS_A_TASK = 64
+Progress = Callable[[int, int], None]
+
+
+@njit(cache=True, nogil=True)
+def _divide_roots(
+    corners: NDArray[np.int64],
+    frame: tuple[NDArray[np.int64], int, NDArray[np.int64]],
+    lists: tuple[NDArray[np.int64], NDArray[np.int64]],
+    roots: NDArray[np.int64],
+    sizes: tuple[int, int],
+) -> tuple[int, NDArray[np.int64]]:
+    """Free boxes of some roots (R, 2, 3); count -1 where they nest too deeply."""
+    marks, room = np.full(len(corners), -1, np.int64), np.empty(len(corners), np.int64)
+    all_found, total = np.empty((256, 2, 3), np.int64), 0
+    found, box = np.empty((64, 2, 3), np.int64), np.empty((2, 3), np.int64)
+    for r in range(len(roots)):
+        box[0], box[1] = roots[r, 0] - sizes[1], roots[r, 1] + sizes[1]
+        near = gather(frame, lists, box, (marks, r), room)
+        count, found = divide_root(corners, room[:near], roots[r], sizes, found)
+        if count < 0:
+            return -1, all_found
+        if total + count > len(all_found):
+            larger = np.empty((2 * (total + count), 2, 3), np.int64)
+            larger[:total] = all_found[:total]
+            all_found = larger
+        all_found[total : total + count] = found[:count]
+        total += count
+    return total, all_found
+
+
+def _free_boxes(
+    buckets: FaceBuckets, roots: NDArray[np.int64], sizes: GridSizes, limit: int, progress: Progress | None
+) -> NDArray[np.int64]:
+    """All free boxes of the roots; the order depends on the roots alone, not on the threads."""
+    frame, lists = (buckets.origin, buckets.size, buckets.shape), (buckets.offsets, buckets.faces)
+    parts = [roots[start : start + _ROOTS_A_TASK] for start in range(0, len(roots), _ROOTS_A_TASK)]
+    boxes: list[NDArray[np.int64]] = []
+    total = 0
+
+    def divide(part: NDArray[np.int64]) -> NDArray[np.int64]:
+        count, found = _divide_roots(buckets.corners, frame, lists, part, (sizes.min_size, sizes.clearance))
+        if count < 0:
+            raise CellError(
+                f"boxes nest too deeply between max_size and min_size, {sizes.max_size} and {sizes.min_size} "
+                "grid steps; allowed: a smaller ratio"
+            )
+        return np.asarray(found[:count])
+
+    with ThreadPoolExecutor(cpu_count() or 1) as pool:
+        for done, found in enumerate(pool.map(divide, parts), start=1):
+            boxes.append(found)
+            total += len(found)
+            if total > limit:
+                pool.shutdown(cancel_futures=True)
+                raise CellError(f"too many cells: more than {total} free boxes; allowed: max_cells = {limit}")
+            if progress is not None:
+                progress(done, len(parts))
+    return np.concatenate(boxes)
+
+
+def _buckets_around(scene: Scene, domain: NDArray[np.int64], sizes: GridSizes) -> FaceBuckets:
+    """Faces that any later question can ask for: those near the domain, below it and above it up to the
+    sky."""
+    corners = scene.corners()
+    margin = sizes.clearance + sizes.min_size + 1
+    box = np.stack((domain[0] - margin, domain[1] + margin))
+    box[0, 2] = min(box[0, 2], domain[0, 2] - sizes.ground_height - margin)
+    box[1, 2] = max(box[1, 2], int(corners[:, :, 2].max()) + margin)
+    near = np.all((corners.max(axis=1) >= box[0]) & (corners.min(axis=1) <= box[1]), axis=1)
+    return make_buckets(np.ascontiguousarray(corners[near]), box, 4 * sizes.min_size)
+
+
+def _coverage(
+    boxes: NDArray[np.int64],
+    buckets: FaceBuckets,
+    domain: NDArray[np.int64],
+    settings: CellSettings,
+    context: tuple[GridSizes, float],
+) -> float:
+    sizes, step = context
+    flood = clear_voxels(buckets, domain, sizes.min_size // 4, sizes.clearance)
+    states = flood.states
+    if settings.keep_interiors:
+        states[states == CLEAR] = REACHED
+    elif settings.seeds == "sky":
+        tops = np.argwhere(states[:, :, -1] == CLEAR)
+        starts = np.column_stack((tops, np.full(len(tops), states.shape[2] - 1)))
+        columns = np.stack(
+            (flood.origin + starts * flood.size, flood.origin + (starts + 1) * flood.size), axis=1
+        )
+        spread(states, starts[open_sky(columns, buckets, sizes.clearance)])
+    else:
+        flood_from_points(flood, buckets, seed_points(settings, domain, step), sizes.clearance)
+    points = np.random.default_rng(settings.coverage_seed).integers(
+        domain[0], domain[1], size=(settings.coverage_points, 3), endpoint=True
+    )
+    return measure_coverage(boxes, buckets, flood, points, sizes.clearance)
+
+
+def decompose(
+    scene: Scene, settings: CellSettings | None = None, progress: Progress | None = None
+) -> CellComplex:
+    """Divide the free space of a scene into box cells and find their portals.
+
+    Parameters
+    ----------
+    scene
+        Faces on the grid, nav frame, z up.
+    settings
+        Sizes, domain, selection; None: the defaults.
+    progress
+        Called with the number of finished and of all tasks of the decomposition, which is most of the work.
+
+    Returns
+    -------
+    CellComplex
+        Cells in Morton order of their centres. Every cell inflated by ``clearance`` has an interior that
+        meets no face, interiors are disjoint, and every rectangle of positive area in which two cells touch
+        and that no face meets is a portal. The same input gives the same cells, whatever the number of
+        threads.
+
+    Raises
+    ------
+    CellError
+        Empty scene, region outside of it, no free space, nothing connected to the seeds, a seed near a face
+        or outside the domain, or more boxes than ``max_cells``.
+
+    Notes
+    -----
+    Cells are of kind ground by the rule of :func:`tilesnav_ref.cells.selection.cell_kinds`; the coverage is
+    that of :mod:`tilesnav_ref.cells.coverage`.
+    """
+    settings = settings or CellSettings()
+    sizes = grid_sizes(settings, scene.step)
+    domain = make_domain(scene, settings, sizes)
+    buckets = _buckets_around(scene, domain, sizes)
+    roots = make_roots(domain, sizes, settings.max_cells)
+    boxes = _free_boxes(buckets, roots, sizes, settings.max_cells, progress)
+    if len(boxes) == 0:
+        raise CellError(
+            f"no free space: no box of {sizes.min_size * scene.step} m with a clearance of "
+            f"{sizes.clearance * scene.step} m fits into the domain {(domain * scene.step).tolist()} m"
+        )
+    walls = buckets if sizes.clearance == 0 else None
+    if settings.method == "boxes":
+        boxes = merge_boxes(boxes, sizes.max_size, walls)
+    contacts = open_contacts(find_contacts(boxes), walls)
+    boxes = boxes[select_reachable(boxes, contacts, buckets, domain, (settings, sizes, scene.step))]
+    boxes = boxes[spatial_order(boxes)]
+    contacts = open_contacts(find_contacts(boxes), walls)
+    offsets, targets, polygons = portal_table(contacts, len(boxes))
+    coverage = _coverage(boxes, buckets, domain, settings, (sizes, scene.step))
+    _LOG.info("%d cells, %d portals, coverage %.4f", len(boxes), len(targets), coverage)
+    return CellComplex(
+        lower=np.ascontiguousarray(boxes[:, 0]),
+        upper=np.ascontiguousarray(boxes[:, 1]),
+        kinds=cell_kinds(boxes, buckets, sizes.ground_height, settings.ground_slope),
+        portal_offsets=offsets,
+        portal_targets=targets,
+        portal_polygons=polygons,
+        polygons=rectangle_polygons(contacts),
+        clearance=sizes.clearance,
+        coverage=coverage,
+    )

@@ -1,0 +1,160 @@
+"""The box that is decomposed, and its division into roots of at most the largest cell size."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tilesnav_ref.cells.settings import CellError, CellSettings
+from tilesnav_ref.scene.model import COORDINATE_LIMIT, Scene
+
+AIRSPACE_TOP = 152.4
+"""500 ft in metres: below it small unmanned aircraft may fly (14 CFR 107.51 allows 400 ft, the study's
+airspace 500 ft)."""
+
+
+@dataclass(frozen=True)
+class GridSizes:
+    """Lengths of the settings in grid steps."""
+
+    min_size: int
+    max_size: int
+    clearance: int
+    ground_height: int
+
+
+def grid_sizes(settings: CellSettings, step: float) -> GridSizes:
+    """Lengths in grid steps; the clearance is rounded up, so that it is never less than asked for."""
+    voxel = settings.method == "voxel"
+    smallest, largest = (
+        (settings.voxel_size, settings.voxel_size) if voxel else (settings.min_size, settings.max_size)
+    )
+    sizes = GridSizes(
+        round(smallest / step),
+        round(largest / step),
+        math.ceil(settings.clearance / step),
+        round(settings.ground_height / step),
+    )
+    if sizes.min_size < 2:
+        raise CellError(
+            f"a smallest cell of {smallest} m is {sizes.min_size} grid steps; "
+            f"allowed: 2 or more, {2 * step} m"
+        )
+    if max(sizes.max_size, sizes.clearance, sizes.ground_height) >= COORDINATE_LIMIT:
+        raise CellError(
+            f"max_size, clearance and ground_height are {sizes} in grid steps; "
+            f"allowed: less than {COORDINATE_LIMIT}"
+        )
+    return sizes
+
+
+def _horizontal_bounds(
+    corners: NDArray[np.int64], settings: CellSettings, step: float
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    low, high = corners.min(axis=(0, 1))[:2], corners.max(axis=(0, 1))[:2]
+    if settings.region is None:
+        return low, high
+    if not all(math.isfinite(value) and abs(value) < COORDINATE_LIMIT * step for value in settings.region):
+        raise CellError(
+            f"region {settings.region} m; allowed: finite numbers below {COORDINATE_LIMIT * step} m "
+            "in magnitude"
+        )
+    region = np.array([round(value / step) for value in settings.region], dtype=np.int64)
+    found = f"region {settings.region} m"
+    if np.any(region[2:] <= region[:2]):
+        raise CellError(f"{found}: x0 < x1 and y0 < y1 are needed")
+    if np.any(region[2:] <= low) or np.any(region[:2] >= high):
+        scene_bounds = tuple(float(value) * step for value in np.concatenate((low, high)))
+        raise CellError(f"{found} is outside the scene; allowed: a region that meets {scene_bounds} m")
+    return region[:2], region[2:]
+
+
+def _vertical_bounds(
+    heights: tuple[int, int], settings: CellSettings, sizes: GridSizes, step: float
+) -> tuple[int, int]:
+    lowest, highest = heights
+    if settings.altitude_max is None:
+        top = min(lowest + round(AIRSPACE_TOP / step), highest + sizes.max_size)
+    else:
+        top = lowest + round(settings.altitude_max / step)
+    bottom = lowest + round(settings.altitude_min / step)
+    if bottom >= top:
+        raise CellError(
+            f"altitude_min is {settings.altitude_min} m and the upper end {(top - lowest) * step} m above "
+            "the lowest point; allowed: altitude_min below the upper end"
+        )
+    return bottom, top
+
+
+def make_domain(scene: Scene, settings: CellSettings, sizes: GridSizes) -> NDArray[np.int64]:
+    """Lower and upper corner of the box in which cells may lie.
+
+    Returns
+    -------
+    ndarray
+        (2, 3) int64, grid coordinates.
+
+    Raises
+    ------
+    CellError
+        The scene is empty, the region is outside of it, or the box is thinner than a cell or leaves the grid.
+    """
+    if scene.face_count == 0:
+        raise CellError("the scene has no face; allowed: 1 or more")
+    corners = scene.corners()
+    low, high = _horizontal_bounds(corners, settings, scene.step)
+    inside = np.all((corners[:, :, :2].max(axis=1) >= low) & (corners[:, :, :2].min(axis=1) <= high), axis=1)
+    chosen = corners[inside] if np.any(inside) else corners
+    heights = int(chosen[:, :, 2].min()), int(chosen[:, :, 2].max())
+    bottom, top = _vertical_bounds(heights, settings, sizes, scene.step)
+    domain = np.array([[*low, bottom], [*high, top]], dtype=np.int64)
+    thin = np.flatnonzero(domain[1] - domain[0] < sizes.min_size)
+    if len(thin):
+        axis, extent = "xyz"[thin[0]], float((domain[1] - domain[0])[thin[0]]) * scene.step
+        raise CellError(
+            f"no free space: the domain is {extent} m along {axis}; allowed: at least one cell, "
+            f"{sizes.min_size * scene.step} m"
+        )
+    if np.any(np.abs(domain) >= COORDINATE_LIMIT):
+        raise CellError(
+            f"the domain {(domain * scene.step).tolist()} m leaves the grid; allowed: below "
+            f"{COORDINATE_LIMIT * scene.step} m in magnitude"
+        )
+    return domain
+
+
+def _cuts(low: int, high: int, sizes: GridSizes) -> NDArray[np.int64]:
+    """Places that divide one axis into pieces of max_size; the last two share what is left."""
+    cuts = np.append(np.arange(low, high, sizes.max_size, dtype=np.int64), np.int64(high))
+    if len(cuts) > 2 and cuts[-1] - cuts[-2] < sizes.min_size:
+        middle = (cuts[-3] + cuts[-1]) >> 1
+        if middle - cuts[-3] >= sizes.min_size and cuts[-1] - middle >= sizes.min_size:
+            cuts[-2] = middle
+        else:
+            cuts = cuts[:-1]  # voxels of one size: the strip at the end of the domain stays uncovered
+    return cuts
+
+
+def make_roots(domain: NDArray[np.int64], sizes: GridSizes, limit: int) -> NDArray[np.int64]:
+    """Divide the domain into boxes of at most max_size.
+
+    Returns
+    -------
+    ndarray
+        (R, 2, 3) int64 grid coordinates, x outermost.
+
+    Raises
+    ------
+    CellError
+        There are more boxes than the limit.
+    """
+    axes = [_cuts(int(domain[0, k]), int(domain[1, k]), sizes) for k in range(3)]
+    count = math.prod(len(cuts) - 1 for cuts in axes)
+    if count > limit:
+        raise CellError(f"too many cells: max_size divides the domain into {count} boxes; allowed: {limit}")
+    lower = np.stack(np.meshgrid(*(cuts[:-1] for cuts in axes), indexing="ij"), axis=-1).reshape(-1, 3)
+    upper = np.stack(np.meshgrid(*(cuts[1:] for cuts in axes), indexing="ij"), axis=-1).reshape(-1, 3)
+    return np.stack((lower, upper), axis=1)

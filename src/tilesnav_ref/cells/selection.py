@@ -1,0 +1,164 @@
+"""Which free boxes become cells, of which kind, and in which order."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from tilesnav_ref.cells.buckets import FaceBuckets, boxes_with_faces
+from tilesnav_ref.cells.coverage import locate_points
+from tilesnav_ref.cells.domain import GridSizes
+from tilesnav_ref.cells.model import KIND_AERIAL, KIND_GROUND
+from tilesnav_ref.cells.portals import Contacts
+from tilesnav_ref.cells.settings import CellError, CellSettings
+
+
+def open_sky(boxes: NDArray[np.int64], buckets: FaceBuckets, clearance: int) -> NDArray[np.bool_]:
+    """Which boxes (B, 2, 3) see no face in the column above them, inflated sideways by the clearance; (B,)
+    bool."""
+    columns = np.stack((boxes[:, 0] - clearance, boxes[:, 1] + clearance), axis=1)
+    columns[:, 0, 2] = boxes[:, 1, 2]
+    top = int(buckets.corners[:, :, 2].max()) + 1 if len(buckets.corners) else 0
+    columns[:, 1, 2] = np.maximum(columns[:, 0, 2] + 1, top)
+    return ~boxes_with_faces(buckets, columns)
+
+
+def seed_points(settings: CellSettings, domain: NDArray[np.int64], step: float) -> NDArray[np.int64]:
+    """Seeds of the settings, (S, 3) int64 on the grid.
+
+    Raises
+    ------
+    CellError
+        There is none, or one is not a point of the domain.
+    """
+    if len(settings.seeds) == 0:
+        raise CellError("seeds is empty; allowed: 'sky' or one or more points")
+    points = []
+    for seed in settings.seeds:
+        if len(seed) != 3 or not all(math.isfinite(float(value)) for value in seed):
+            raise CellError(f"seed {seed}; allowed: three finite numbers, m")
+        low, high = (domain * step).tolist()
+        if not all(low[k] <= float(seed[k]) <= high[k] for k in range(3)):
+            raise CellError(f"seed {seed} m is outside the domain; allowed: {low} to {high} m")
+        points.append([round(float(value) / step) for value in seed])
+    return np.clip(np.array(points, dtype=np.int64), domain[0], domain[1])
+
+
+def _seed_boxes(
+    boxes: NDArray[np.int64],
+    buckets: FaceBuckets,
+    domain: NDArray[np.int64],
+    context: tuple[CellSettings, GridSizes, float],
+) -> NDArray[np.int64]:
+    settings, sizes, step = context
+    points = seed_points(settings, domain, step)
+    reach = max(sizes.clearance, 1)
+    near_face = boxes_with_faces(buckets, np.stack((points - reach, points + reach), axis=1))
+    if np.any(near_face):
+        seed = settings.seeds[int(np.argmax(near_face))]
+        raise CellError(f"seed {seed} m: a face is within {reach * step} m of it; allowed: a free point")
+    holders = locate_points(boxes, points)
+    if np.any(holders < 0):
+        seed = settings.seeds[int(np.argmax(holders < 0))]
+        raise CellError(
+            f"seed {seed} m is free, but no cell holds it; allowed: a point of a cell, or a min_size below "
+            f"{sizes.min_size * step} m"
+        )
+    return holders
+
+
+def select_reachable(
+    boxes: NDArray[np.int64],
+    contacts: Contacts,
+    buckets: FaceBuckets,
+    domain: NDArray[np.int64],
+    context: tuple[CellSettings, GridSizes, float],
+) -> NDArray[np.bool_]:
+    """Boxes that contacts connect to the open sky or to the seeds; (B,) bool.
+
+    A box is open to the sky when it touches the top of the domain and no face is above it.
+
+    Raises
+    ------
+    CellError
+        No box is open to the sky, or a seed is near a face, in no box, or outside the domain.
+    """
+    settings, sizes, step = context
+    if settings.keep_interiors:
+        return np.ones(len(boxes), np.bool_)
+    if settings.seeds == "sky":
+        tops = np.flatnonzero(boxes[:, 1, 2] == domain[1, 2])
+        starts = tops[open_sky(boxes[tops], buckets, sizes.clearance)]
+        if len(starts) == 0:
+            raise CellError(
+                f"no free space: none of {len(boxes)} free boxes touches the open sky at z = "
+                f"{float(domain[1, 2]) * step} m; allowed: a higher altitude_max, seeds, or keep_interiors"
+            )
+    else:
+        starts = _seed_boxes(boxes, buckets, domain, context)
+    first, second = contacts.pairs[:, 0], contacts.pairs[:, 1]
+    links = coo_array((np.ones(len(first), np.int8), (first, second)), shape=(len(boxes), len(boxes)))
+    _, component = connected_components(links, directed=False)
+    return np.isin(component, np.unique(component[starts]))
+
+
+def cell_kinds(
+    boxes: NDArray[np.int64], buckets: FaceBuckets, ground_height: int, ground_slope: float
+) -> NDArray[np.uint8]:
+    """Kind of every cell.
+
+    Parameters
+    ----------
+    boxes
+        (B, 2, 3) cells, grid.
+    buckets
+        Faces; their box must reach ground_height below the cells.
+    ground_height
+        Grid steps.
+    ground_slope
+        Rise over run.
+
+    Returns
+    -------
+    ndarray
+        (B,) uint8. KIND_GROUND when a face that is no steeper than ``ground_slope`` meets the interior of
+        the box from ``ground_height`` below the cell's lower side up to that side, straight below the cell;
+        else KIND_AERIAL.
+
+    Notes
+    -----
+    A mesh does not tell terrain from floors and flat roofs: cells on those are of kind ground too. What a
+    ground vehicle reaches from the street follows from the portals between ground cells.
+    """
+    if len(boxes) == 0 or ground_height == 0 or len(buckets.corners) == 0:
+        return np.full(len(boxes), KIND_AERIAL, np.uint8)
+    edges = (buckets.corners[:, 1:] - buckets.corners[:, :1]).astype(np.float64)
+    normals = np.cross(edges[:, 0], edges[:, 1])
+    carries = np.hypot(normals[:, 0], normals[:, 1]) <= ground_slope * np.abs(normals[:, 2])
+    below = boxes.copy()
+    below[:, 0, 2], below[:, 1, 2] = boxes[:, 0, 2] - ground_height, boxes[:, 0, 2]
+    return np.where(boxes_with_faces(buckets, below, carries), KIND_GROUND, KIND_AERIAL).astype(np.uint8)
+
+
+def spatial_order(boxes: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Order of boxes (B, 2, 3) along a Morton curve through their centres; (B,) int64.
+
+    References
+    ----------
+    G. M. Morton, "A computer oriented geodetic data base and a new technique in file sequencing", IBM, 1966.
+    """
+    if len(boxes) == 0:
+        return np.zeros(0, np.int64)
+    # doubled centres fit 25 bits; 21 bits an axis fit one 64-bit code, so the lowest 4 only break ties
+    centres = boxes[:, 0] + boxes[:, 1]
+    centres = centres - centres.min(axis=0)
+    code = np.zeros(len(boxes), np.uint64)
+    for bit in range(21):
+        for axis in range(3):
+            value = (centres[:, axis] >> (bit + 4)) & 1
+            code |= value.astype(np.uint64) << np.uint64(3 * bit + axis)
+    return np.lexsort((centres[:, 2], centres[:, 1], centres[:, 0], code))

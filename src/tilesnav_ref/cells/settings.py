@@ -1,0 +1,78 @@
+"""What a decomposition can be asked for, and the error it raises."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Point = tuple[float, float, float]
+
+
+class CellError(ValueError):
+    """No sound cell complex can be made from this scene with these settings."""
+
+
+@dataclass(frozen=True)
+class CellSettings:
+    """Size, place and selection of navigation cells; lengths in metres, nav frame."""
+
+    min_size: float = 2.0
+    """Smallest edge of a cell, m."""
+    max_size: float = 16.0
+    """Largest edge of a cell, m; a smaller cell has a smaller potentially visible set."""
+    clearance: float = 0.25
+    """Distance by which every plane of a cell can move outwards without meeting a face, m; rounded up to
+    the grid."""
+    altitude_min: float = 0.0
+    """Lower end of the domain above the lowest point of the scene in the region, m."""
+    altitude_max: float | None = None
+    """Upper end of the domain above the lowest point, m; None: the lower of 152.4 m (500 ft) and ``max_size``
+    above the highest point."""
+    region: tuple[float, float, float, float] | None = None
+    """(x0, y0, x1, y1) of the domain, m; None: the bounds of the scene. Faces beyond it still block."""
+    ground_height: float = 3.0
+    """A cell is of kind ground when a face that carries a vehicle lies at most this far below its lower
+    face, m."""
+    ground_slope: float = 1.0
+    """Largest slope of a face that carries a vehicle, rise over run."""
+    seeds: Literal["sky"] | tuple[Point, ...] = "sky"
+    """Cells are kept when portals connect them to the open sky, or to the cells that hold these points
+    (m)."""
+    keep_interiors: bool = False
+    """Keep every free cell, connected or not; for indoor scenes."""
+    method: Literal["boxes", "voxel"] = "boxes"
+    """Recursive boxes, or uniform voxels as the baseline."""
+    voxel_size: float = 2.0
+    """Edge of a voxel, m; method "voxel" only."""
+    coverage_points: int = 100_000
+    """Random points that measure the coverage."""
+    coverage_seed: int = 0
+    """Seed of these points."""
+    max_cells: int = 2_000_000
+    """A decomposition into more boxes than this is refused."""
+
+    def __post_init__(self) -> None:
+        positive = {"min_size": self.min_size, "max_size": self.max_size, "voxel_size": self.voxel_size}
+        for name, value in positive.items():
+            if not 0.0 < value < float("inf"):
+                raise CellError(f"{name} is {value} m; allowed: greater than 0 and finite")
+        not_negative = {
+            "clearance": self.clearance,
+            "ground_height": self.ground_height,
+            "ground_slope": self.ground_slope,
+        }
+        for name, value in not_negative.items():
+            if not 0.0 <= value < float("inf"):
+                raise CellError(f"{name} is {value}; allowed: 0 or greater and finite")
+        altitudes = (self.altitude_min, self.altitude_min if self.altitude_max is None else self.altitude_max)
+        if not all(abs(value) < float("inf") for value in altitudes):
+            raise CellError(f"altitude_min and altitude_max are {altitudes} m; allowed: finite numbers")
+        if self.max_size < self.min_size:
+            raise CellError(f"max_size is {self.max_size} m; allowed: at least min_size, {self.min_size} m")
+        if self.method not in ("boxes", "voxel"):
+            raise CellError(f"method is {self.method!r}; allowed: 'boxes', 'voxel'")
+        if self.coverage_points < 1 or self.max_cells < 1:
+            raise CellError(
+                f"coverage_points is {self.coverage_points}, max_cells is {self.max_cells}; "
+                "allowed: 1 or greater"
+            )
