@@ -1,0 +1,260 @@
+"""Deciding targets from a cell: hidden by proof, visible by proof, or undecided within a budget.
+
+A target is a node of the box hierarchy (one attempt) or a face (attempts with division of cell and
+face). Parts cover their whole in the sense of spec Annex C: occluders keep off the relative interior of the
+whole face and the interior of the whole cell, so that segments through the cuts between parts are blocked
+as well.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tilesnav_ref.visibility.geometry import Geometry
+from tilesnav_ref.visibility.occluder import DEGENERATE, PROVED, Flood, Obstacle, make_flood, prove_hidden
+from tilesnav_ref.visibility.shaft import Shaft, make_shaft, set_shaft
+from tilesnav_ref.visibility.sight import blocker, crossings
+
+VISIBLE = -1
+"""A segment was found that proves the face visible."""
+HIDDEN = PROVED
+OUT_OF_BUDGET = 6
+OUT_OF_BITS = 7
+"""Neither the cell part nor the face part can be halved exactly any more."""
+REASONS = ("proved", "open-edge", "too-large", "even-parity", "contact", "degenerate", "budget", "resolution")
+
+CROSSING_LIMIT = 24
+SEEDS_TRIED = 3
+"""Occluder candidates of one segment: nearest to the smaller end of the shaft first."""
+
+
+class Workspace(NamedTuple):
+    """Working memory of one thread."""
+
+    shaft: Shaft
+    flood: Flood
+    crossing: NDArray[np.int32]
+    """Faces that a segment crosses."""
+    random: NDArray[np.uint64]
+    """(1,) state of the generator."""
+    cells: NDArray[np.float64]
+    """(depth, 2, 3) waiting cell parts."""
+    parts: NDArray[np.float64]
+    """(depth, 3, 3) waiting face parts."""
+    levels: NDArray[np.int64]
+    """(depth,) number of cuts above each waiting pair."""
+
+
+class Budget(NamedTuple):
+    """Limits of the work on one face."""
+
+    attempts: int
+    """Pairs of parts tried."""
+    depth: int
+    """Cuts above a pair."""
+    leaf_segments: int
+    """Random segments tried in a pair that could not be decided, in search of a visible one."""
+
+
+def make_workspace(geometry: Geometry, occluder_limit: int, depth: int) -> Workspace:
+    """Working memory for one thread."""
+    size = depth + 2
+    return Workspace(
+        make_shaft(),
+        make_flood(geometry, occluder_limit),
+        np.zeros(CROSSING_LIMIT, np.int32),
+        np.zeros(1, np.uint64),
+        np.zeros((size, 2, 3)),
+        np.zeros((size, 3, 3)),
+        np.zeros(size, np.int64),
+    )
+
+
+@njit(cache=True, nogil=True)
+def next_random(state, bound):  # type: ignore[no-untyped-def]
+    """Next integer in [0, bound), bound below 2**31 (splitmix64, Steele et al., OOPSLA 2014)."""
+    state[0] += np.uint64(0x9E3779B97F4A7C15)
+    z = state[0]
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    z ^= z >> np.uint64(31)
+    return np.int64((z >> np.uint64(33)) % np.uint64(bound))
+
+
+@njit(cache=True, nogil=True)
+def inner_point(state, box):  # type: ignore[no-untyped-def]
+    """A random point with integer coordinates strictly inside a box of at least 2 units a side."""
+    x = box[0, 0] + 1 + next_random(state, np.int64(box[1, 0] - box[0, 0]) - 1)
+    y = box[0, 1] + 1 + next_random(state, np.int64(box[1, 1] - box[0, 1]) - 1)
+    z = box[0, 2] + 1 + next_random(state, np.int64(box[1, 2] - box[0, 2]) - 1)
+    return (float(x), float(y), float(z))
+
+
+@njit(cache=True, nogil=True)
+def trailing_zeros(part):  # type: ignore[no-untyped-def]
+    """How often all coordinates of a triangle can be halved exactly, at most 16."""
+    bits = np.int64(1) << 16
+    for k in range(3):
+        for j in range(3):
+            bits |= np.int64(part[k, j])
+    count = 0
+    while (bits >> count) & 1 == 0:
+        count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def inner_point_of_face(state, part):  # type: ignore[no-untyped-def]
+    """A random point in the relative interior of a triangle whose coordinates are multiples of 4; exact."""
+    bits = trailing_zeros(part)
+    whole = np.int64(1) << bits
+    one = 1 + next_random(state, whole - 2)
+    two = 1 + next_random(state, whole - one - 1)
+    three = whole - one - two
+    return (
+        (one * part[0, 0] + two * part[1, 0] + three * part[2, 0]) / whole,
+        (one * part[0, 1] + two * part[1, 1] + three * part[2, 1]) / whole,
+        (one * part[0, 2] + two * part[1, 2] + three * part[2, 2]) / whole,
+    )
+
+
+@njit(cache=True, nogil=True)
+def middle(box):  # type: ignore[no-untyped-def]
+    """The middle of a box, rounded down to integers."""
+    return (
+        np.floor((box[0, 0] + box[1, 0]) / 2),
+        np.floor((box[0, 1] + box[1, 1]) / 2),
+        np.floor((box[0, 2] + box[1, 2]) / 2),
+    )
+
+
+@njit(cache=True, nogil=True)
+def _attempt(geometry, work, obstacle, segment, near_cell):  # type: ignore[no-untyped-def]
+    """Try occluders through the faces that a segment of the present shaft crosses."""
+    number = crossings(geometry, segment[0], segment[1], obstacle.face, work.crossing)
+    reason = DEGENERATE
+    for i in range(min(number, SEEDS_TRIED)):
+        seed = work.crossing[i if near_cell else number - 1 - i]
+        for stop in (True, False):
+            reason = prove_hidden(geometry, work, obstacle, seed, segment, stop)
+            if reason == PROVED:
+                return reason
+    return reason
+
+
+@njit(cache=True, nogil=True)
+def box_is_hidden(geometry, work, cell, box):  # type: ignore[no-untyped-def]
+    """Whether one attempt proves that no segment from the open cell reaches the closed box; both (2, 3)."""
+    apart = False
+    for k in range(3):
+        apart = apart or box[1, k] < cell[0, k] or box[0, k] > cell[1, k]
+    if not apart:
+        return False
+    corners = np.empty((8, 3))
+    for i in range(8):
+        for k in range(3):
+            corners[i, k] = box[(i >> k) & 1, k]
+    set_shaft(work.shaft, cell, corners, 8)
+    segment = (inner_point(work.random, cell), middle(box))
+    obstacle = Obstacle(cell, -1, box)
+    return _attempt(geometry, work, obstacle, segment, _size(cell) < _size(box)) == PROVED
+
+
+@njit(cache=True, nogil=True)
+def _size(points):  # type: ignore[no-untyped-def]
+    largest = 0.0
+    for k in range(3):
+        largest = max(largest, points[:, k].max() - points[:, k].min())
+    return largest
+
+
+@njit(cache=True, nogil=True)
+def decide_face(geometry, work, cell, face, budget):  # type: ignore[no-untyped-def]
+    """HIDDEN, VISIBLE, or the reason why a face could not be decided from a cell (2, 3)."""
+    obstacle = Obstacle(cell, face, cell)
+    work.cells[0] = cell
+    work.parts[0] = geometry.corners[face]
+    work.levels[0] = 0
+    top = 1
+    for _ in range(budget.attempts):
+        top -= 1
+        box, part, level = work.cells[top].copy(), work.parts[top].copy(), work.levels[top]
+        segment = (inner_point(work.random, box), inner_point_of_face(work.random, part))
+        if blocker(geometry, segment[0], segment[1], face) < 0:
+            return VISIBLE
+        set_shaft(work.shaft, box, part, 3)
+        reason = _attempt(geometry, work, obstacle, segment, _size(box) < _size(part))
+        if reason == PROVED:
+            if top == 0:
+                return HIDDEN
+            continue
+        if level == budget.depth or not _push_halves(work, box, part, top):
+            if _search(geometry, work, box, part, (face, budget.leaf_segments)):
+                return VISIBLE
+            return OUT_OF_BUDGET if level == budget.depth else OUT_OF_BITS
+        work.levels[top] = work.levels[top + 1] = level + 1
+        top += 2
+    return OUT_OF_BUDGET
+
+
+@njit(cache=True, nogil=True)
+def _search(geometry, work, box, part, what):  # type: ignore[no-untyped-def]
+    """Whether one of some random segments of a pair of parts sees the face."""
+    face, number = what
+    for _ in range(number):
+        c, t = inner_point(work.random, box), inner_point_of_face(work.random, part)
+        if blocker(geometry, c, t, face) < 0:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _push_halves(work, box, part, top):  # type: ignore[no-untyped-def]
+    """Push the two halves of a pair, cut in its larger side; False when neither can be cut exactly."""
+    if _size(part) > _size(box):
+        return _cut_part(work, box, part, top) or _cut_box(work, box, part, top)
+    return _cut_box(work, box, part, top) or _cut_part(work, box, part, top)
+
+
+@njit(cache=True, nogil=True)
+def _cut_box(work, box, part, top):  # type: ignore[no-untyped-def]
+    axis = 0
+    for k in range(1, 3):
+        if box[1, k] - box[0, k] > box[1, axis] - box[0, axis]:
+            axis = k
+    if box[1, axis] - box[0, axis] < 4:
+        return False
+    cut = np.floor((box[0, axis] + box[1, axis]) / 2)
+    for i in range(2):
+        work.cells[top + i] = box
+        work.cells[top + i, 1 - i, axis] = cut
+        work.parts[top + i] = part
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _cut_part(work, box, part, top):  # type: ignore[no-untyped-def]
+    """Halve the longest edge; both halves must keep coordinates that are multiples of 4."""
+    best, edge = -1.0, 0
+    for k in range(3):
+        length = 0.0
+        for j in range(3):
+            length += (part[(k + 1) % 3, j] - part[k, j]) ** 2
+        if length > best:
+            best, edge = length, k
+    other = (edge + 1) % 3
+    for j in range(3):
+        if np.int64(part[edge, j] + part[other, j]) % 8 != 0:
+            return False
+    for i in range(2):
+        work.cells[top + i] = box
+        work.parts[top + i] = part
+    for j in range(3):
+        half = (part[edge, j] + part[other, j]) / 2
+        work.parts[top, edge, j] = half
+        work.parts[top + 1, other, j] = half
+    return True

@@ -1,0 +1,87 @@
+"""Top-down over the box hierarchy: whole nodes first, faces at the leaves."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from tilesnav_ref.visibility.certify import HIDDEN, VISIBLE, box_is_hidden, decide_face
+from tilesnav_ref.visibility.sight import STACK
+
+# A target box is grown by one fine unit so that it has volume and every face below it lies in its interior.
+GROWTH = 1.0
+
+
+@njit(cache=True, nogil=True)
+def count_below(geometry, flags):  # type: ignore[no-untyped-def]
+    """(B,) number of flagged faces below each node of the hierarchy."""
+    count = np.zeros(len(geometry.box_child), np.int32)
+    for node in range(len(count) - 1, -1, -1):
+        child = geometry.box_child[node]
+        if child >= 0:
+            count[node] = count[child] + count[child + 1]
+            continue
+        for k in range(geometry.box_first[node], geometry.box_first[node] + geometry.box_count[node]):
+            count[node] += flags[geometry.face_order[k]]
+    return count
+
+
+@njit(cache=True, nogil=True)
+def _hide_below(geometry, node, alive):  # type: ignore[no-untyped-def]
+    for k in range(geometry.box_first[node], geometry.box_first[node] + geometry.box_count[node]):
+        alive[geometry.face_order[k]] = False
+
+
+@njit(cache=True, nogil=True)
+def _node_is_hidden(geometry, work, cell, node):  # type: ignore[no-untyped-def]
+    box = np.empty((2, 3))
+    for k in range(3):
+        box[0, k] = geometry.box_lower[node, k] - GROWTH
+        box[1, k] = geometry.box_upper[node, k] + GROWTH
+    return box_is_hidden(geometry, work, cell, box)
+
+
+@njit(cache=True, nogil=True)
+def cull(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-def]
+    """Clear `alive` (F,) for faces below nodes that are hidden from the box `cell` (2, 3).
+
+    Nodes with a face of `proven` (F,) below are not tried.
+    """
+    visible = count_below(geometry, proven)
+    waiting = count_below(geometry, alive)
+    stack = np.empty(STACK, np.int32)
+    stack[0] = 0
+    top = 1
+    while top > 0:
+        top -= 1
+        node = stack[top]
+        if waiting[node] == 0:
+            continue
+        if visible[node] == 0 and _node_is_hidden(geometry, work, cell, node):
+            _hide_below(geometry, node, alive)
+        elif geometry.box_child[node] >= 0:
+            stack[top] = geometry.box_child[node]
+            stack[top + 1] = geometry.box_child[node] + 1
+            top += 2
+
+
+@njit(cache=True, nogil=True)
+def decide(geometry, work, cell, found, budget):  # type: ignore[no-untyped-def]
+    """Decide every face from a cell (2, 3).
+
+    `found` is (proven, alive, reasons): `alive` (F,) is cleared for hidden faces, `proven` (F,) is set for
+    visible ones, and what stays undecided is counted by the reason.
+    """
+    proven, alive, reasons = found
+    cull(geometry, work, cell, proven, alive)
+    for k in range(len(geometry.face_order)):
+        face = geometry.face_order[k]
+        if proven[face] or not alive[face]:
+            continue
+        verdict = decide_face(geometry, work, cell, face, budget)
+        if verdict == HIDDEN:
+            alive[face] = False
+        elif verdict == VISIBLE:
+            proven[face] = True
+        else:
+            reasons[verdict] += 1

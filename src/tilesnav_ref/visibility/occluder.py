@@ -1,0 +1,181 @@
+"""Growing an occluder: faces M whose odd edges all clear the shaft, crossed an odd number of times.
+
+The set is found by a flood from a face that one segment of the shaft crosses; how it is found matters only
+for success. What makes it a proof is checked and nowhere assumed (spec, Annex C): every edge that an odd
+number of faces of M share clears the shaft, no face of M meets the cell or the target, and one segment in
+general position crosses M an odd number of times.
+
+References
+----------
+D. Haumont, O. Makinen, S. Nirenstein, A low dimensional framework for exact polygon-to-polygon occlusion
+queries, EGSR 2005 (silhouette patches by flood fill); I. Navazo et al., ShieldTester, CGF 22 (2003).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tilesnav_ref.visibility.contact import meets_box, meets_relative_interior
+from tilesnav_ref.visibility.exact import orientation
+from tilesnav_ref.visibility.geometry import Geometry
+from tilesnav_ref.visibility.shaft import clears_edge
+from tilesnav_ref.visibility.sight import CROSS, MISS, corner, meet
+
+PROVED = 0
+OPEN_EDGE = 1
+"""An edge inside the shaft has no further face to go on with."""
+TOO_LARGE = 2
+EVEN = 3
+"""The segment crosses the occluder an even number of times."""
+CONTACT = 4
+"""The first face itself meets the cell or the target."""
+DEGENERATE = 5
+"""The segment is not in general position with the occluder."""
+
+
+class Flood(NamedTuple):
+    """Working memory of a thread: marks are valid where they equal the number of the attempt."""
+
+    stamp: NDArray[np.int64]
+    """(1,) number of the attempt."""
+    face_mark: NDArray[np.int64]
+    """(F,) the face is in M."""
+    edge_mark: NDArray[np.int64]
+    """(E,) the parity below is valid."""
+    edge_odd: NDArray[np.bool_]
+    """(E,) an odd number of faces of M share the edge."""
+    clear_mark: NDArray[np.int64]
+    """(E,) the edge was shown to clear the shaft."""
+    faces: NDArray[np.int32]
+    """(limit,) the faces of M."""
+    edges: NDArray[np.int32]
+    """(3 limit + 3,) edges that wait for their test."""
+    used: NDArray[np.int64]
+    """(2,) numbers of faces and of waiting edges."""
+
+
+def make_flood(geometry: Geometry, limit: int) -> Flood:
+    """Working memory for occluders of at most `limit` faces."""
+    faces, edges = len(geometry.corners), len(geometry.edge_ends)
+    return Flood(
+        np.zeros(1, np.int64),
+        np.zeros(faces, np.int64),
+        np.zeros(edges, np.int64),
+        np.zeros(edges, np.bool_),
+        np.zeros(edges, np.int64),
+        np.zeros(limit, np.int32),
+        np.zeros(3 * limit + 3, np.int32),
+        np.zeros(2, np.int64),
+    )
+
+
+class Obstacle(NamedTuple):
+    """What an occluder must keep off; fine units."""
+
+    cell: NDArray[np.float64]
+    """(2, 3) the whole cell, open."""
+    face: int
+    """The target face, all of its relative interior; -1 when the target is a box."""
+    box: NDArray[np.float64]
+    """(2, 3) the target box, closed; used when face is -1."""
+
+
+@njit(cache=True, nogil=True)
+def prove_hidden(geometry, work, obstacle, seed, segment, stop_at_silhouettes):  # type: ignore[no-untyped-def]
+    """Try to prove by one occluder through face `seed` that no segment of the shaft reaches its target.
+
+    `work` holds the shaft and the flood; `segment` is (c, t), a segment of the shaft that
+    crosses `seed`. Returns PROVED or the reason of failure.
+    """
+    shaft, flood = work.shaft, work.flood
+    flood.stamp[0] += 1
+    flood.used[:] = 0
+    if not _may_occlude(geometry, obstacle, seed):
+        return CONTACT
+    _add(geometry, flood, seed)
+    front = _front(geometry, seed, segment)
+    while flood.used[1] > 0:
+        flood.used[1] -= 1
+        edge = flood.edges[flood.used[1]]
+        if not flood.edge_odd[edge] or _clears(geometry, shaft, flood, edge):
+            continue
+        face = _next_face(geometry, flood, obstacle, edge, (segment, front, stop_at_silhouettes))
+        if face < 0:
+            return OPEN_EDGE
+        if flood.used[0] == len(flood.faces):
+            return TOO_LARGE
+        _add(geometry, flood, face)
+    return _parity(geometry, flood, segment)
+
+
+@njit(cache=True, nogil=True)
+def _may_occlude(geometry, obstacle, face):  # type: ignore[no-untyped-def]
+    if face == obstacle.face or meets_box(geometry.corners, face, obstacle.cell[0], obstacle.cell[1], False):
+        return False
+    if obstacle.face >= 0:
+        return not meets_relative_interior(geometry.corners, face, obstacle.face)
+    return not meets_box(geometry.corners, face, obstacle.box[0], obstacle.box[1], True)
+
+
+@njit(cache=True, nogil=True)
+def _add(geometry, flood, face):  # type: ignore[no-untyped-def]
+    flood.face_mark[face] = flood.stamp[0]
+    flood.faces[flood.used[0]] = face
+    flood.used[0] += 1
+    for k in range(3):
+        edge = geometry.face_edges[face, k]
+        if flood.edge_mark[edge] != flood.stamp[0]:
+            flood.edge_mark[edge] = flood.stamp[0]
+            flood.edge_odd[edge] = False
+        flood.edge_odd[edge] = not flood.edge_odd[edge]
+        flood.edges[flood.used[1]] = edge
+        flood.used[1] += 1
+
+
+@njit(cache=True, nogil=True)
+def _clears(geometry, shaft, flood, edge):  # type: ignore[no-untyped-def]
+    if flood.clear_mark[edge] == flood.stamp[0]:
+        return True
+    ends = geometry.edge_ends[edge]
+    if clears_edge(shaft, (ends[0, 0], ends[0, 1], ends[0, 2]), (ends[1, 0], ends[1, 1], ends[1, 2])):
+        flood.clear_mark[edge] = flood.stamp[0]
+        return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _front(geometry, face, segment):  # type: ignore[no-untyped-def]
+    """The side of the face's plane on which the segment starts."""
+    a = corner(geometry.corners, face, 0)
+    return orientation(a, corner(geometry.corners, face, 1), corner(geometry.corners, face, 2), segment[0])
+
+
+@njit(cache=True, nogil=True)
+def _next_face(geometry, flood, obstacle, edge, how):  # type: ignore[no-untyped-def]
+    """A face to close an odd edge with, or -1; one that faces the same way as the first is preferred."""
+    segment, front, stop_at_silhouettes = how
+    other = -1
+    for k in range(geometry.edge_offsets[edge], geometry.edge_offsets[edge + 1]):
+        face = geometry.edge_faces[k]
+        if flood.face_mark[face] == flood.stamp[0] or not _may_occlude(geometry, obstacle, face):
+            continue
+        if _front(geometry, face, segment) == front:
+            return face
+        other = face
+    return -1 if stop_at_silhouettes else other
+
+
+@njit(cache=True, nogil=True)
+def _parity(geometry, flood, segment):  # type: ignore[no-untyped-def]
+    odd = False
+    for i in range(flood.used[0]):
+        how = meet(geometry.corners, flood.faces[i], segment[0], segment[1])
+        if how == CROSS:
+            odd = not odd
+        elif how != MISS:
+            return DEGENERATE
+    return PROVED if odd else EVEN
