@@ -7,6 +7,7 @@ import hashlib
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.lod.model import LodSettings, LodTable
 from tilesnav_ref.stream.state import Delta, State, apply_delta
@@ -20,7 +21,8 @@ def _offsets(rows: list[list[int]]) -> np.ndarray:
 
 
 def _graph(cell_count: int, edges: set[tuple[int, int]]) -> CellComplex:
-    rows = [sorted({b for a, b in edges if a == i} | {a for a, b in edges if b == i}) for i in range(cell_count)]
+    both_ways = edges | {(b, a) for a, b in edges}
+    rows = [sorted(b for a, b in both_ways if a == i) for i in range(cell_count)]
     numbers = {edge: k for k, edge in enumerate(sorted(edges))}
     polygons = [numbers[min(i, j), max(i, j)] for i, row in enumerate(rows) for j in row]
     boxes = np.arange(cell_count, dtype=np.int64)[:, None] * np.array([1, 0, 0])
@@ -45,7 +47,7 @@ def _maps(draw: st.DrawFn) -> tuple[CellComplex, PvsTable, LodTable, np.ndarray]
     object_offsets = _offsets([[0] * n for n in draw(st.lists(st.integers(1, 5), min_size=1, max_size=6))])
     face_count = int(object_offsets[-1])
     sets = [sorted(draw(st.sets(st.integers(0, face_count - 1)))) for _ in range(cell_count)]
-    owners = [sorted({int(np.searchsorted(object_offsets, f, side="right")) - 1 for f in faces}) for faces in sets]
+    owners = [np.unique(np.searchsorted(object_offsets, row, side="right") - 1).tolist() for row in sets]
     codes = [draw(st.lists(st.integers(0, 255), min_size=len(row), max_size=len(row))) for row in owners]
     flat = [f for row in sets for f in row]
     pvs = PvsTable(_offsets(sets), np.array(flat, dtype=np.uint32), np.zeros(len(flat), dtype=np.bool_))

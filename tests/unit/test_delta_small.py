@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from test_tileset_small_map import small_map
+
 from tilesnav_ref.stream.errors import DeltaError
 from tilesnav_ref.stream.state import Delta, State, apply_delta
 from tilesnav_ref.tileset.delta import canonical_state, state_digests
@@ -15,7 +17,7 @@ OBJECT_OFFSETS = np.array([0, 2, 4, 5])
 
 
 def _rows(offsets: np.ndarray, values: np.ndarray) -> list[list[int]]:
-    return [values[a:b].tolist() for a, b in zip(offsets[:-1], offsets[1:], strict=True)]
+    return [values[a:b].tolist() for a, b in pairwise(offsets)]
 
 
 def test_deltas_of_the_small_map() -> None:

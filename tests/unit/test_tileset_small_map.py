@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.lod.model import LodSettings, LodTable
 from tilesnav_ref.scene.model import Scene
@@ -14,8 +15,9 @@ STEP = 2.0**-10
 
 
 def small_scene() -> Scene:
-    """Ground of two faces and a wall of two in content 0, a roof of one face in content 1; metres times 1024."""
-    vertices = [[0, 0, 0], [8, 0, 0], [8, 4, 0], [0, 4, 0], [0, 4, 3], [8, 4, 3], [0, -1, 5], [8, -1, 5], [4, 3, 6]]
+    """Ground of two faces and a wall of two in content 0, a roof of one face in content 1."""
+    ground = [[0, 0, 0], [8, 0, 0], [8, 4, 0], [0, 4, 0]]
+    vertices = [*ground, [0, 4, 3], [8, 4, 3], [0, -1, 5], [8, -1, 5], [4, 3, 6]]
     faces = [[0, 1, 2], [0, 2, 3], [3, 2, 5], [3, 5, 4], [6, 7, 8]]
     return Scene(
         vertices=np.array(vertices, dtype=np.int64) * 1024,

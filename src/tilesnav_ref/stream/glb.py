@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tilesnav_ref.stream.errors import TilesetError
 from tilesnav_ref.stream.fields import JSON_LIMIT, Fields, parse_object
 
-HEADER = Struct("<4sIIII4s")
+HEADER = Struct("<4sIII4s")
 """Magic, version and length of the file; length and type of its first chunk."""
 CHUNK = Struct("<I4s")
 TRIANGLES = 4

@@ -38,7 +38,7 @@ class State:
     """Parallel to objects."""
 
     def canonical_bytes(self) -> bytes:
-        """Faces, objects and codes, little-endian: the first two as u32 behind their count, the codes as u8."""
+        """Faces, objects and codes, little-endian: the first two u32 behind their count, the codes u8."""
         return b"".join(
             (
                 len(self.faces).to_bytes(4, "little"),

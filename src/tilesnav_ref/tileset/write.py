@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import re
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,9 @@ from tilesnav_ref.tileset.errors import EncodeError
 from tilesnav_ref.tileset.model import NavMap, TilesetSettings
 from tilesnav_ref.tileset.nav import CellArrays, nav_file
 from tilesnav_ref.tileset.tilejson import Sector, Tile, content_tile, tileset_json
+
+NUMBERS = re.compile(r"\[\n[-+.,\w\s]*\]")
+"""An array of numbers over several lines; the line break tells it from the text of a string."""
 
 log = logging.getLogger(__name__)
 
@@ -49,8 +53,12 @@ def write_tileset(
     tiles = _write_contents(folder, nav_map)
     sectors = _write_sectors(folder, nav_map, planes, settings)
     document = tileset_json(nav_map, tiles, sectors)
-    text = json.dumps(document, indent=1, allow_nan=False) + "\n"
-    (folder / "tileset.json").write_text(text, encoding="utf-8")
+    text = json.dumps(document, indent=1, allow_nan=False)
+    (folder / "tileset.json").write_text(NUMBERS.sub(_one_line, text) + "\n", encoding="utf-8")
+
+
+def _one_line(numbers: re.Match[str]) -> str:
+    return re.sub(r"\s+", " ", numbers.group()).replace("[ ", "[").replace(" ]", "]")
 
 
 def _check(nav_map: NavMap, planes: NDArray[np.float64], settings: TilesetSettings) -> None:
