@@ -1,4 +1,4 @@
-"""What others say about the tileset of a sample town: the Khronos validator about its glTF, CesiumJS about the whole."""
+"""What others say about the sample town: the Khronos validator about its glTF, CesiumJS about the whole."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ pytestmark = pytest.mark.node
 Judge = Callable[..., str]
 
 FLOAT32_SLACK = 1e-3
-"""Metres by which a position may leave CesiumJS's sphere: float32 positions of a town of 100 m, and its own rounding."""
+"""Metres a position may lie outside CesiumJS's sphere: float32 positions of a town of 100 m, and rounding."""
 
 
 @pytest.fixture(scope="module")
 def town(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder with the tileset of the coarse sample town; few rays, since no judge here looks at visibility."""
+    """Tileset of the coarse sample town; few rays, since no judge here looks at visibility."""
     folder = tmp_path_factory.mktemp("town")
     scene, out = folder / "town.ply", folder / "tileset"
     assert main(["sample", str(scene), "--detail", "coarse", "--size", "small"]) == 0
