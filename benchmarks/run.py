@@ -3,7 +3,7 @@
 Usage: python benchmarks/run.py [--rays N] [--repeat N]
 
 Machines differ and are shared, so a speed alone says little; the ratio to the peer, measured a moment before
-or after on the same mesh, says more. The best of several repeats counts on both sides. No test asserts a time.
+or after on the same mesh, says more. The best of the repeats counts. No test asserts a time.
 """
 
 from __future__ import annotations
