@@ -5,6 +5,7 @@ from tilesnav_ref.scene.errors import SceneError
 from tilesnav_ref.scene.load import load_scene
 from tilesnav_ref.scene.model import COORDINATE_LIMIT, Scene
 from tilesnav_ref.scene.settings import METRES_PER_UNIT, SceneReport, SceneSettings
+from tilesnav_ref.scene.write import write_mesh
 
 __all__ = [
     "COORDINATE_LIMIT",
@@ -17,4 +18,5 @@ __all__ = [
     "Soup",
     "build_scene",
     "load_scene",
+    "write_mesh",
 ]
