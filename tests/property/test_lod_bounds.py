@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from tilesnav_ref.lod import region_maximum
+from tilesnav_ref.lod.screen import cheap_bounds, paired_bound
 
 STEP = 2.0**-10
 coordinate = st.integers(-(1 << 15), 1 << 15)
@@ -133,3 +134,28 @@ def test_smaller_box_has_no_larger_value(pair: tuple[np.ndarray, np.ndarray, np.
     low, high, triangle = pair
     middle = (low + high) / 2
     assert region_maximum(low, middle, triangle) <= region_maximum(low, high, triangle) * (1 + 1e-6)
+
+
+@given(pairs())
+@settings(max_examples=200, deadline=None)
+def test_bounds_without_a_search_enclose_the_value(pair: tuple[np.ndarray, np.ndarray, np.ndarray]) -> None:
+    low, high, triangle = pair
+    value = region_maximum(low, high, triangle)
+    least, most = cheap_bounds(low, high, triangle, unit(triangle))
+    # the proven value may exceed the true one by 1e-6, and rounding of a pair a step apart stays below that too
+    assert least <= value * (1 + 1e-6)
+    assert value <= most * (1 + 1e-6)
+    assert value <= paired_bound(low, high, triangle, unit(triangle)) * (1 + 1e-6)
+
+
+def test_bound_of_the_best_pair_is_mostly_tight() -> None:
+    rng = np.random.default_rng(0)
+    ratios = []
+    for _ in range(300):
+        low = rng.uniform(-20, 20, 3)
+        triangle = rng.uniform(-30, 30, 3) + rng.uniform(-4, 4, (3, 3))
+        value = region_maximum(low, low + 3, triangle)
+        if np.isfinite(value):
+            ratios.append(paired_bound(low, low + 3, triangle, unit(triangle)) / value)
+    assert len(ratios) > 200
+    assert np.median(ratios) < 1.05

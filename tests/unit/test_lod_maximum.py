@@ -22,7 +22,7 @@ def box(x: float, y: float, z: float, size: float = 1.0) -> tuple[np.ndarray, np
 def sampled_maximum(
     low: np.ndarray, high: np.ndarray, triangle: np.ndarray, count: int, seed: int = 0
 ) -> float:
-    """Largest L over random pairs; sides, edges and corners of the box and edges of the triangle are favoured."""
+    """Largest L over random pairs, many of them on sides, edges and corners."""
     rng = np.random.default_rng(seed)
     p = rng.uniform(low, high, (count, 3))
     p = np.where(rng.random((count, 3)) < 0.5, p, np.where(rng.random((count, 3)) < 0.5, low, high))

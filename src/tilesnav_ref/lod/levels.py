@@ -14,44 +14,13 @@ from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.lod.codes import check_settings, count_thresholds, thresholds
 from tilesnav_ref.lod.maximum import region_maximum
 from tilesnav_ref.lod.model import LodSettings, LodTable
-from tilesnav_ref.lod.nearest import Vector, dot
+from tilesnav_ref.lod.nearest import Vector
+from tilesnav_ref.lod.screen import cheap_bounds, paired_bound
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility.model import PvsTable
 
 Progress = Callable[[int, int], None]
 _GROUPS_A_TASK = 4096
-_SAFETY = 1.0 + 2.0**-24
-"""The height over the plane is a sum of three products with an error below 2**-50 of a coordinate
-difference, which is less than 2**24 steps, while height and half extent of a box of two steps are together
-more than half a step: 2**-25."""
-
-
-@njit(cache=True, nogil=True)
-def cheap_bounds(lower: Vector, upper: Vector, triangle: Vector, normal: Vector) -> tuple[float, float]:
-    """Lower and upper bound of the largest |n.r| / |r|^2 without a search.
-
-    The upper one is the greatest height of the box over the plane, divided by the square of the distance
-    between the box and the bounds of the triangle; infinite where these touch. The lower one is the largest
-    value of four pairs: every corner and the centroid with the nearest point of the box.
-    """
-    square, height, spread = 0.0, 0.0, 0.0
-    for k in range(3):
-        low = min(triangle[0, k], triangle[1, k], triangle[2, k])
-        high = max(triangle[0, k], triangle[1, k], triangle[2, k])
-        square += max(low - upper[k], lower[k] - high, 0.0) ** 2
-        height += normal[k] * (0.5 * (lower[k] + upper[k]) - triangle[0, k])
-        spread += abs(normal[k]) * 0.5 * (upper[k] - lower[k])
-    best, x, r = 0.0, np.empty(3), np.empty(3)
-    for i in range(4):
-        for k in range(3):
-            x[k] = triangle[i, k] if i < 3 else (triangle[0, k] + triangle[1, k] + triangle[2, k]) / 3.0
-            r[k] = min(max(x[k], lower[k]), upper[k]) - x[k]
-        distance = dot(r, r)
-        if distance > 0.0:
-            best = max(best, abs(dot(normal, r)) / distance)
-    if square == 0.0:
-        return best, np.inf
-    return best, (abs(height) + spread) * _SAFETY / square
 
 
 @njit(cache=True, nogil=True)
@@ -76,9 +45,12 @@ def _object_code(
     code = count_thresholds(least, limits)
     for i in range(-1, len(faces)):
         j = first if i < 0 else i
-        if i != first and count_thresholds(uppers[j], limits) < code:
-            bound = region_maximum(lower, upper, triangles[faces[j]])
-            code = min(code, count_thresholds(min(bound, uppers[j]), limits))
+        if i == first or count_thresholds(uppers[j], limits) >= code:
+            continue
+        bound = min(uppers[j], paired_bound(lower, upper, triangles[faces[j]], normals[faces[j]]))
+        if count_thresholds(bound, limits) < code:
+            bound = min(bound, region_maximum(lower, upper, triangles[faces[j]]))
+            code = min(code, count_thresholds(bound, limits))
     return code
 
 

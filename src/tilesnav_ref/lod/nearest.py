@@ -2,11 +2,11 @@
 
 Notes
 -----
-D = C - T is the set of differences p - x of points of a box C and a triangle T. The nearest point of D to c
-belongs to the nearest pair between C and T moved by c. Of two disjoint convex bodies the nearest pair lies
-on a vertex and a face or on two edges, so that all such pairs are looked at: three vertices of T against C,
-eight of C against T, and 12 x 3 edges. The nearness is a matter of speed only: what is concluded from it is proven
-elsewhere.
+D = C - T is the set of differences p - x of points of a box C and a triangle T. The nearest point of D
+to c belongs to the nearest pair between C and T moved by c. Of two disjoint convex bodies the nearest
+pair lies on a vertex and a face or on two edges, so that all such pairs are looked at: three vertices of
+T against C, eight of C against T, and 12 x 3 edges. The nearness is a matter of speed only: what is
+concluded from it is proven elsewhere.
 
 References
 ----------
