@@ -100,7 +100,7 @@ def blocked_by(outline: tuple[Point, ...], corners: tuple[Vector, ...], face: Tr
 
 
 def behind_solid(solid: Object, shape: Shape, corners: tuple[Vector, ...]) -> bool:
-    """Whether a hull of corners lies outside a closed convex solid and behind the plane of one of its facets."""
+    """Whether a hull of corners lies outside a convex solid and behind the plane of one of its facets."""
     outside = any(min(_sides(other.outline, corners)) >= 0 for other in solid.shapes)
     return outside and max(_sides(shape.outline, corners)) <= 0
 

@@ -46,7 +46,7 @@ SHAPES: dict[str, Edits] = {
 
 
 def _tilted() -> World:
-    # The east side of the east cell is tilted about its lower edge, so that it runs past x = 4 into the building.
+    # The east side of the east cell is tilted about its lower edge and runs into the building at x = 4.
     cell = RING.cells[EAST]
     plane = (0.8, 0.0, -0.6, -0.8 * 3 + 0.6 * 0.5)
     tilted = Cell((cell.planes[0], plane, *cell.planes[2:]), cell.kind)

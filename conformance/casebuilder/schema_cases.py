@@ -21,6 +21,18 @@ Path = tuple[str | int, ...]
 ABSENT = object()
 BIG = 2**31 + 1
 COUNT: tuple[object, ...] = ("1", 0.5, -1, BIG)
+LIMITS: tuple[tuple[Path, object], ...] = (
+    (("version",), "0.1.99"),
+    (("grid", "exponent"), -20),
+    (("grid", "exponent"), 0),
+    (("clearance",), 0),
+    (("faceCount",), 2**31),
+    (("lod", "levelCount"), 1),
+    (("lod", "levelCount"), 256),
+    (("provenance", "coverage"), 0),
+    (("provenance", "coverage"), 1),
+)
+"""Values that a limit of the entry object only just allows."""
 INDEX: tuple[object, ...] = ("1", 0.5, -1)
 
 
@@ -92,6 +104,8 @@ def entry_tests(base: Json) -> list[Json]:
     t = Tests(base)
     e, s = "core/entry-object", "core/sectors-listed"
     t.valid("an entry object", base)
+    for path, value in LIMITS:
+        t.valid(f"{'.'.join(map(str, path))} is {value}", changed(base, path, value))
     t.bad_object(
         e,
         (),
@@ -225,6 +239,7 @@ def case_tests(valid: Json, invalid: Json) -> list[Json]:
     t.bad("", ("nearMissOf",), "core/version", [], ["CORE"], [5])
     t.bad("", ("requirement",), "core/version")
     t.base = invalid
+    t.bad("", ("exitStatus",), ABSENT)
     t.bad("", ("requirement",), ABSENT, 5, "Core/Version", "core/version/")
     return t.tests
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from casebuilder.assemble import Case, Files, Json, json_bytes
-from casebuilder.state import State
+from casebuilder.state import State, object_codes
 from casebuilder.world import World, box_cell, quad
 from casebuilder.worlds import (
     COARSE_LOD,
@@ -67,7 +67,7 @@ def base_cases() -> Iterator[Case]:
 
 def _overestimate(states: list[State]) -> None:
     states[WEST].faces = sorted([*states[WEST].faces, 4])
-    states[WEST].codes = dict(sorted({**states[WEST].codes, 2: 2}.items()))
+    states[WEST].codes = object_codes(RING, RING.cells[WEST], states[WEST].faces)
 
 
 def _one_finer(states: list[State]) -> None:
@@ -214,7 +214,7 @@ def _stretch_normal(world: World) -> World:
 
 
 def scaled_world(exponent: int, size: float, far: float = 0.0) -> World:
-    """Ground, wall and cell in units of a length in metres, on any grid; far is a corner of the ground in metres."""
+    """Ground, wall and cell in units of a length; far, when not 0, is where the ground ends, in metres."""
     s, edge = size, far or 8 * size
     ground = quad(
         (-8 * s, -8 * s, 0), (edge, -8 * s, 0), (edge, 8 * s, 0), (-8 * s, 8 * s, 0), exponent=exponent

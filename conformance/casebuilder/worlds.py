@@ -2,8 +2,8 @@
 
 The ring: a wall stands on a ground; four cells run around it, west, south, north and east, so that the portal
 graph has a cycle; a fifth lies above the east cell. A poster hangs just east of the wall, where the west cell
-cannot see it. East of all stands a building, sunk one metre into the ground, whose far side and bottom no cell
-sees and whose roof only the upper cell sees.
+cannot see it. East of all stands a building, sunk one metre into the ground, whose far side and bottom no
+cell sees and whose roof only the upper cell sees.
 """
 
 from __future__ import annotations
