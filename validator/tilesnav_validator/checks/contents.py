@@ -1,0 +1,87 @@
+"""Stage binary: what is in the contents."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tilesnav_validator import glb, volumes
+from tilesnav_validator.checks import check
+from tilesnav_validator.checks.links import accumulated
+from tilesnav_validator.findings import Finding, Findings
+from tilesnav_validator.subject import Subject
+from tilesnav_validator.tiles import EXTENSION, Content
+
+MAX_STEPS = 2**23
+
+
+@check("core/content-gltf", needs=("core/content-ids-dense", "core/content-digest"))
+def content_gltf(subject: Subject) -> Findings:
+    """Every content of level 0 can be read without a decoder."""
+    for content in subject.finest:
+        assert content.data is not None
+        try:
+            glb.read(content.data)
+        except glb.GlbError as error:
+            yield Finding(f"{content.place} glTF {error.where}", error.measured, error.allowed)
+
+
+@check("core/on-grid", needs=("core/content-gltf",))
+def on_grid(subject: Subject) -> Findings:
+    """Positions are multiples of the grid step."""
+    for content, primitives in zip(subject.finest, subject.primitives, strict=True):
+        for number, primitive in enumerate(primitives):
+            steps = primitive.positions / subject.step
+            wrong = (steps != np.rint(steps)) | (np.abs(steps) >= MAX_STEPS)
+            for vertex in np.flatnonzero(wrong.any(axis=1)):
+                measured = f"{primitive.positions[vertex].tolist()} (nav frame)"
+                allowed = f"integer multiples of {subject.step:g}, less than 2^23 of them"
+                yield Finding(f"{content.place} primitive {number} vertex {vertex}", measured, allowed)
+
+
+@check("core/face-count", needs=("core/content-gltf",))
+def face_count(subject: Subject) -> Findings:
+    """Counts of the contents, then their sums, which say nothing new where a content is wrong."""
+    totals = {"faceCount": 0, "objectCount": 0}
+    wrong = False
+    for content, primitives in zip(subject.finest, subject.primitives, strict=True):
+        found = {"faceCount": sum(len(part.triangles) for part in primitives), "objectCount": len(primitives)}
+        for name, count in found.items():
+            totals[name] += count
+            if content.nav[name] != count:
+                wrong = True
+                where = f"{content.place}/extensions/{EXTENSION}/{name}"
+                yield Finding(where, str(content.nav[name]), f"{count}, counted")
+    for name, count in totals.items():
+        if not wrong and subject.nav[name] != count:
+            where = f"{subject.entry_name}#/extensions/{EXTENSION}/{name}"
+            yield Finding(where, str(subject.nav[name]), f"{count}, counted")
+
+
+@check("core/tile-volume-bounds", needs=("core/on-grid", "core/content-transform"))
+def tile_volume_bounds(subject: Subject) -> Findings:
+    """Volumes of the tiles above every nav content."""
+    reported = set()
+    for content in subject.walk.contents:
+        positions = _positions(content)
+        to_tile = np.eye(4)
+        for tile in content.tile.chain():
+            local = positions @ to_tile[:3, :3].T + to_tile[:3, 3]
+            product = accumulated(tile)
+            assert product is not None and tile.transform is not None
+            fault = volumes.fault(tile.volume, local, product, subject.step)
+            if fault and tile.place not in reported:
+                reported.add(tile.place)
+                yield Finding(
+                    f"{tile.place}/boundingVolume", fault, f"at most {subject.step:g} m, for {content.place}"
+                )
+            to_tile = tile.transform @ to_tile
+
+
+def _positions(content: Content) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """Positions of a content; none for a coarse one that this reader does not understand."""
+    assert content.data is not None
+    try:
+        primitives = glb.read(content.data)
+    except glb.GlbError:
+        return np.zeros((0, 3))
+    return np.concatenate([np.zeros((0, 3)), *(part.positions for part in primitives)])

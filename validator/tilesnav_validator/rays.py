@@ -1,0 +1,234 @@
+"""Searching for missing faces with rays: float32 and Embree suggest, nothing here decides."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tilesnav_validator.exact import Candidate
+from tilesnav_validator.polyhedra import Polyhedra
+from tilesnav_validator.ragged import take
+from tilesnav_validator.subject import Faces
+from tilesnav_validator.tables import Ragged
+
+Float32Array = NDArray[np.float32]
+IntArray = NDArray[np.int64]
+
+CHUNK = 2**16
+"""Rays of a chunk: enough to hide the costs of a call, few enough for the second-level cache."""
+
+_MARKS = 2**25
+"""Most marks (cells of a chunk times faces), bytes."""
+
+_SAME = 4
+"""Candidates for the same cell and face that are kept of a chunk; the first may graze an edge."""
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Rays of one chunk: ``counts[i]`` from cell ``cells[i]``, either uniform or aimed."""
+
+    number: int
+    aimed: bool
+    cells: IntArray
+    counts: IntArray
+
+
+@dataclass(frozen=True)
+class Catch:
+    """What a chunk brought in."""
+
+    chunk: Chunk
+    candidates: list[Candidate]
+
+
+def plan(cells: IntArray, rays: int, face_count: int, seed: int) -> Iterator[Chunk]:
+    """Spread rays evenly over cells and cut them into chunks: the uniform half, then the aimed half.
+
+    Parameters
+    ----------
+    cells : ndarray of int64
+        Numbers of the cells.
+    rays : int
+        Number of rays in all.
+    """
+    number = 0
+    for aimed, total in ((False, rays - rays // 2), (True, rays // 2)):
+        counts = np.full(len(cells), total // len(cells), dtype=np.int64)
+        lucky = np.random.Generator(np.random.SFC64([seed, 3])).permutation(len(cells))
+        counts[lucky[: total % len(cells)]] += 1
+        ends = np.cumsum(counts)
+        rows = max(1, _MARKS // max(face_count, 1))
+        start = 0
+        while start < total:
+            first = int(np.searchsorted(ends, start, side="right"))
+            stop = min(start + CHUNK, int(ends[min(first + rows, len(ends)) - 1]))
+            last = int(np.searchsorted(ends, stop, side="left"))
+            part = counts[first : last + 1].copy()
+            part[0] = ends[first] - start
+            part[-1] -= ends[last] - stop
+            used = part > 0
+            yield Chunk(number, aimed, cells[first : last + 1][used], part[used])
+            number, start = number + 1, stop
+
+
+class Caster:
+    """Casts chunks of rays.
+
+    Parameters
+    ----------
+    faces : Faces
+    shapes : Polyhedra
+        Of all cells.
+    listed : Ragged
+        Faces in the PVS of each cell.
+    step : float
+        Grid step, metres.
+    seed : int
+    """
+
+    def __init__(self, faces: Faces, shapes: Polyhedra, listed: Ragged, step: float, seed: int) -> None:
+        from embreex.mesh_construction import TriangleMesh  # noqa: PLC0415 - a tenth of a second that broken tilesets save
+        from embreex.rtcore_scene import EmbreeScene  # noqa: PLC0415
+
+        self.faces, self.shapes, self.listed, self.seed = faces, shapes, listed, seed
+        self.face_of_primitive = np.flatnonzero(faces.sound).astype(np.int32)
+        grid = faces.grid[faces.sound]
+        middle = (grid.min(axis=(0, 1)) + grid.max(axis=(0, 1))) // 2 if len(grid) else np.zeros(3, np.int64)
+        # Differences of 24 bits: exact in float32.
+        self.triangles = ((grid - middle) * step).astype(np.float32)
+        self.centre = middle * step
+        self._embree: Any = EmbreeScene()
+        self._mesh = TriangleMesh(self._embree, self.triangles) if len(grid) else None
+        if self._mesh is not None:  # the first query builds the tree: not while threads wait for it
+            self._first_hits(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
+        normals = shapes.planes[..., :3]
+        self.is_box = (np.abs(normals).max(axis=2) == 1).all(axis=1)
+        self.low = (shapes.low - self.centre).astype(np.float32)
+        self.size = (shapes.high - shapes.low).astype(np.float32)
+
+    def _first_hits(self, origins: Float32Array, directions: Float32Array) -> NDArray[np.int32]:
+        """Number of the first triangle that each ray hits, -1 for none."""
+        hits: NDArray[np.int32] = self._embree.run(origins, directions, query="INTERSECT")
+        return hits
+
+    def cast(self, chunk: Chunk) -> Catch:
+        """Cast the rays of a chunk; the result depends on the seed and the chunk alone."""
+        if self._mesh is None:
+            return Catch(chunk, [])
+        random = np.random.Generator(np.random.SFC64([self.seed, 4, chunk.number]))
+        rows = np.repeat(np.arange(len(chunk.cells)), chunk.counts)
+        marks = self._marks(chunk.cells)
+        origins = self._origins(random, chunk, rows)
+        if chunk.aimed:
+            directions = self._targets(random, marks, rows) - origins
+        else:
+            directions = _directions(random, len(rows))
+        hits = self._first_hits(origins, directions)
+        caught = np.flatnonzero(~marks[rows, hits])
+        return Catch(
+            chunk,
+            list(self._candidates(chunk, rows[caught], hits[caught], origins[caught], directions[caught])),
+        )
+
+    def _marks(self, cells: IntArray) -> NDArray[np.bool_]:
+        """Which primitives are listed for each cell; the last column, that of -1, counts as listed."""
+        by_face = np.zeros((len(cells), len(self.faces.objects) + 1), dtype=bool)
+        row, index = take(self.listed.offsets, cells)
+        by_face[row, self.listed.values[index]] = True
+        by_face[:, -1] = True
+        if len(self.face_of_primitive) == len(self.faces.objects):
+            return by_face
+        columns = np.append(self.face_of_primitive, len(self.faces.objects))
+        return np.ascontiguousarray(by_face[:, columns])
+
+    def _origins(self, random: np.random.Generator, chunk: Chunk, rows: IntArray) -> Float32Array:
+        """Uniform positions in the cells."""
+        origins = random.random((len(rows), 3), dtype=np.float32)
+        origins *= np.repeat(self.size[chunk.cells], chunk.counts, axis=0)
+        origins += np.repeat(self.low[chunk.cells], chunk.counts, axis=0)
+        first = 0
+        for cell, count in zip(chunk.cells, chunk.counts, strict=True):
+            if not self.is_box[cell]:
+                origins[first : first + count] = self._in_polyhedron(random, int(cell), int(count))
+            first += int(count)
+        return origins
+
+    def _in_polyhedron(self, random: np.random.Generator, cell: int, count: int) -> Float32Array:
+        """Uniform positions in one cell: a tetrahedron by its volume, then a position in it by sorted numbers."""
+        facets = self.shapes.facet(np.full(6, cell), np.arange(6)) - self.centre
+        apex = facets.reshape(-1, 3).mean(axis=0)
+        fans = np.stack(
+            [np.broadcast_to(facets[:, :1], facets[:, 2:].shape), facets[:, 1:-1], facets[:, 2:]], axis=2
+        )
+        edges = fans.reshape(-1, 3, 3) - apex
+        volume = np.cumsum(np.abs(np.linalg.det(edges)))
+        pick = np.minimum(np.searchsorted(volume, random.random(count) * volume[-1]), len(volume) - 1)
+        weights = np.diff(np.sort(random.random((count, 3)), axis=1), axis=1, prepend=0.0)
+        return (apex + np.einsum("ke,kei->ki", weights, edges[pick])).astype(np.float32)
+
+    def _targets(self, random: np.random.Generator, marks: NDArray[np.bool_], rows: IntArray) -> Float32Array:
+        """Uniform positions on faces that are not listed, as far as two draws find such."""
+        face = random.integers(len(self.triangles), size=len(rows), dtype=np.int32)
+        again = np.flatnonzero(marks[rows, face])
+        face[again] = random.integers(len(self.triangles), size=len(again), dtype=np.int32)
+        share = random.random((len(rows), 2), dtype=np.float32)
+        over = share.sum(axis=1) > 1
+        share[over] = 1 - share[over]
+        corners = self.triangles[face]
+        base = corners[:, 0]
+        return np.asarray(
+            base + share[:, :1] * (corners[:, 1] - base) + share[:, 1:] * (corners[:, 2] - base)
+        )
+
+    def _candidates(
+        self,
+        chunk: Chunk,
+        rows: IntArray,
+        hits: NDArray[np.int32],
+        origins: Float32Array,
+        directions: Float32Array,
+    ) -> Iterator[Candidate]:
+        """Candidates of a chunk, at most ``_SAME`` for the same cell and face."""
+        seen: dict[tuple[int, int], int] = {}
+        for row, hit, origin, direction in zip(
+            rows.tolist(), hits.tolist(), origins, directions, strict=True
+        ):
+            seen[row, hit] = seen.get((row, hit), 0) + 1
+            if seen[row, hit] <= _SAME:
+                c = origin.astype(np.float64) + self.centre
+                face = int(self.face_of_primitive[hit])
+                yield Candidate(int(chunk.cells[row]), face, c, direction.astype(np.float64))
+
+
+def _directions(random: np.random.Generator, count: int) -> Float32Array:
+    """Uniform directions: height and azimuth are uniform (Archimedes)."""
+    draw = random.random((2, count), dtype=np.float32)
+    directions = np.empty((count, 3), dtype=np.float32)
+    z = draw[0] * np.float32(2) - np.float32(1)
+    around = draw[1] * np.float32(2 * np.pi)
+    radius = np.sqrt(np.float32(1) - z * z)
+    directions[:, 0] = radius * np.cos(around)
+    directions[:, 1] = radius * np.sin(around)
+    directions[:, 2] = z
+    return directions
+
+
+def cast_all(caster: Caster, chunks: Iterator[Chunk], threads: int) -> Iterator[Catch]:
+    """Cast chunks on several threads (Embree and numpy release the lock); catches come in the order of the chunks."""
+    with ThreadPoolExecutor(threads) as pool:
+        waiting: deque[Future[Catch]] = deque(
+            pool.submit(caster.cast, chunk) for chunk in islice(chunks, 2 * threads)
+        )
+        while waiting:
+            catch = waiting.popleft().result()
+            for chunk in islice(chunks, 1):
+                waiting.append(pool.submit(caster.cast, chunk))
+            yield catch

@@ -1,0 +1,79 @@
+"""The report, for people and for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from tilesnav_validator import __version__
+from tilesnav_validator.findings import Finding
+from tilesnav_validator.registry import SPEC_VERSION
+from tilesnav_validator.runner import Judgement, Result
+from tilesnav_validator.subject import TOLERANCE_IN_STEPS
+
+CONFIDENCE = 0.95
+
+
+def as_json(result: Result, path: Path) -> dict[str, Any]:
+    """Return the report as ``report.schema.json`` describes it."""
+    settings = result.subject.settings
+    return {
+        "tool": "tilesnav-validate",
+        "toolVersion": __version__,
+        "specVersion": SPEC_VERSION,
+        "input": str(path),
+        "verdict": "valid" if result.valid else "invalid",
+        "seed": settings.seed,
+        "rays": settings.rays,
+        "tolerances": _tolerances(result),
+        "requirements": [_requirement(judgement) for judgement in result.judgements],
+        "seconds": {stage: round(seconds, 4) for stage, seconds in result.seconds.items()},
+    } | ({"search": result.subject.search} if result.subject.search else {})
+
+
+def _tolerances(result: Result) -> dict[str, float]:
+    tolerances = {"geometryInSteps": TOLERANCE_IN_STEPS}
+    if any(j.requirement.id == "core/grid-exponent" and j.verdict == "pass" for j in result.judgements):
+        tolerances |= {"step": result.subject.step, "geometry": result.subject.tolerance}
+    return tolerances
+
+
+def _requirement(judgement: Judgement) -> dict[str, Any]:
+    row: dict[str, Any] = {
+        "id": judgement.requirement.id,
+        "verdict": judgement.verdict,
+        "severity": judgement.requirement.severity,
+        "findingCount": judgement.count,
+        "findings": [_finding(finding) for finding in judgement.findings],
+    }
+    return row | ({"note": judgement.note} if judgement.note else {})
+
+
+def _finding(finding: Finding) -> dict[str, Any]:
+    row: dict[str, Any] = {"where": finding.where, "measured": finding.measured, "allowed": finding.allowed}
+    return row | ({"witness": finding.witness} if finding.witness else {})
+
+
+def as_text(result: Result, path: Path) -> Iterator[str]:
+    """Yield the lines of the report for people."""
+    for judgement in result.judgements:
+        note = f" ({judgement.note})" if judgement.note else ""
+        yield f"{judgement.verdict:12} {judgement.requirement.id}{note}"
+        for finding in judgement.findings:
+            yield f"             {finding.where}: {finding.measured}; allowed: {finding.allowed}"
+            if finding.witness:
+                yield "             witness: " + ", ".join(
+                    f"{name} {value}" for name, value in finding.witness.items()
+                )
+        if judgement.count > len(judgement.findings):
+            yield f"             and {judgement.count - len(judgement.findings)} more"
+    if result.subject.search:
+        yield result.subject.search["statement"]
+    seconds = ", ".join(f"{stage} {value:.2f} s" for stage, value in result.seconds.items())
+    yield f"time: {seconds}"
+    counts = {verdict: 0 for verdict in ("pass", "not refuted", "not run", "fail")}
+    for judgement in result.judgements:
+        counts[judgement.verdict] += 1
+    summary = ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count)
+    yield f"{path}: {'valid' if result.valid else 'invalid'} ({summary})"

@@ -1,0 +1,188 @@
+"""Running the checks in order of stages, each only where what it rests on has passed."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections import defaultdict
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from tilesnav_validator import schemarules, strictjson
+from tilesnav_validator.checks import Registered, registered
+from tilesnav_validator.findings import Finding, Findings, NotRefuted, NotRun, Settings
+from tilesnav_validator.registry import REGISTRY, STAGES, Requirement
+from tilesnav_validator.subject import Subject
+from tilesnav_validator.tiles import EXTENSION
+
+MAX_FINDINGS = 20
+"""Findings of a requirement that are kept; the others are counted."""
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass
+class Judgement:
+    """The verdict on one requirement.
+
+    Attributes
+    ----------
+    verdict : str
+        ``pass``, ``fail``, ``not run`` or ``not refuted``.
+    note : str
+        Why it was not run, or the size of the search.
+    findings : list of Finding
+        The first ``MAX_FINDINGS``.
+    count : int
+        Number of all findings.
+    """
+
+    requirement: Requirement
+    verdict: str
+    note: str = ""
+    findings: list[Finding] = field(default_factory=list)
+    count: int = 0
+
+
+@dataclass
+class Result:
+    """Everything that a run has found out."""
+
+    subject: Subject
+    judgements: list[Judgement]
+    seconds: dict[str, float]
+
+    @property
+    def valid(self) -> bool:
+        """Whether no requirement of severity ``error`` has failed."""
+        return not any(j.verdict == "fail" and j.requirement.severity == "error" for j in self.judgements)
+
+
+def judge(path: Path, settings: Settings) -> Result:
+    """Judge a tileset.
+
+    Parameters
+    ----------
+    path : Path
+        The entry tileset.
+    settings : Settings
+
+    Raises
+    ------
+    UnreadableInputError
+        If the entry tileset cannot be read at all.
+    """
+    seconds: dict[str, float] = dict.fromkeys(STAGES, 0.0)
+    started = time.perf_counter()
+    with np.errstate(
+        all="ignore"
+    ):  # hostile numbers overflow; comparisons are written so that NaN is a finding
+        subject = Subject(path, settings)
+        seconds["io"] = time.perf_counter() - started
+        run = _Run(subject)
+        for identifier in order():
+            started = time.perf_counter()
+            run.judge(REGISTRY[identifier])
+            seconds[REGISTRY[identifier].stage] += time.perf_counter() - started
+            _log.debug("%s: %s", identifier, run.done[identifier].verdict)
+    return Result(subject, [run.done[identifier] for identifier in REGISTRY], seconds)
+
+
+def order() -> list[str]:
+    """Ids in the order in which they are judged: by stage, and after what they need."""
+    checks = registered()
+    pending = sorted(REGISTRY, key=lambda identifier: STAGES.index(REGISTRY[identifier].stage))
+    ordered: list[str] = []
+    while pending:
+        ready = next(i for i in pending if all(need in ordered for need in _needs(i, checks)))
+        ordered.append(ready)
+        pending.remove(ready)
+    return ordered
+
+
+def _needs(identifier: str, checks: dict[str, Registered]) -> tuple[str, ...]:
+    """What must have passed: what the check names, and the stage schema for all that comes later."""
+    if REGISTRY[identifier].stage == "schema":
+        return ()
+    first = tuple(row.id for row in REGISTRY.values() if row.stage == "schema")
+    if identifier == "container/json":
+        return (*first, "container/header")
+    return first + checks[identifier].needs
+
+
+class _Run:
+    """State of one run: the verdicts so far and the schema errors by requirement."""
+
+    def __init__(self, subject: Subject) -> None:
+        self.subject = subject
+        self.checks = registered()
+        self.done: dict[str, Judgement] = {}
+        self.schema_errors: dict[str, list[Finding]] = defaultdict(list)
+        self._validate(subject.entry, "entry-tileset.schema.json", f"{subject.entry_name}#")
+        for content in subject.walk.contents:
+            where = f"{content.place}/extensions/{EXTENSION}"
+            self._validate(content.nav, "content.3DTILES_nav.schema.json", where)
+
+    def _validate(self, document: object, name: str, where: str) -> None:
+        for identifier, finding in schemarules.errors(document, name, where):
+            self.schema_errors[identifier].append(finding)
+
+    def judge(self, requirement: Requirement) -> None:
+        """Find the verdict on a requirement; what it needs has been judged before."""
+        failed = [
+            need for need in _needs(requirement.id, self.checks) if self.done[need].verdict not in _GOOD
+        ]
+        if failed:
+            first = next((need for need in failed if self.done[need].verdict == "fail"), failed[0])
+            self.done[requirement.id] = Judgement(
+                requirement, "not run", f"{first}: {self.done[first].verdict}"
+            )
+            return
+        self.done[requirement.id] = _collect(requirement, self._findings(requirement))
+
+    def _findings(self, requirement: Requirement) -> Findings:
+        if requirement.id == "container/json":
+            self._read_nav_files()
+        found = self.schema_errors.pop(requirement.id, [])
+        yield from found
+        if requirement.checked_by == "schema" or found:
+            return None
+        return (yield from self.checks[requirement.id].run(self.subject))
+
+    def _read_nav_files(self) -> None:
+        for sector in self.subject.sectors:
+            try:
+                sector.parse()
+            except strictjson.JsonError as error:
+                self.schema_errors["container/json"].append(
+                    Finding(f"{sector.name} JSON part", str(error), "JSON")
+                )
+            else:
+                self._validate(sector.json, "nav.schema.json", f"{sector.name}#")
+
+
+_GOOD = ("pass", "not refuted")
+
+
+def _collect(requirement: Requirement, findings: Findings) -> Judgement:
+    """Run a check to its end."""
+    result = Judgement(requirement, "pass")
+    while True:
+        try:
+            finding = next(findings)
+        except StopIteration as end:
+            outcome = end.value
+            break
+        result.count += 1
+        if result.count <= MAX_FINDINGS:
+            result.findings.append(finding)
+    if result.count:
+        result.verdict = "fail"
+    elif isinstance(outcome, NotRun):
+        result.verdict, result.note = "not run", outcome.reason
+    if isinstance(outcome, NotRefuted):
+        result.note = outcome.basis
+        result.verdict = "fail" if result.count else "not refuted"
+    return result

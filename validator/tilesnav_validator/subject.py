@@ -1,0 +1,172 @@
+"""What is being judged, built piece by piece as the checks find it sound."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tilesnav_validator import glb, lodjudge, polyhedra, strictjson, tables, tiles
+from tilesnav_validator.files import FileError, Folder, UriOutsideError, open_file
+from tilesnav_validator.findings import Finding, Settings, UnreadableInputError
+from tilesnav_validator.navfile import NavFile
+
+TOLERANCE_IN_STEPS = 2.0**-6
+"""Tolerance of geometric tests in grid steps. float64 planes within 2^13 m of the origin are off by less than 2^-39 m;
+with the smallest step, 2^-20 m, this is 2^13 times more, and it is far below the step itself."""
+
+
+@dataclass(frozen=True)
+class Faces:
+    """Every face of level 0.
+
+    Attributes
+    ----------
+    grid : ndarray of int64, shape (f, 3, 3)
+        Vertices in grid steps, nav frame; exact.
+    points : ndarray of float64, shape (f, 3, 3)
+        Vertices in metres; exact too.
+    objects : ndarray of int64, shape (f,)
+        Object that each face belongs to.
+    """
+
+    grid: NDArray[np.int64]
+    points: NDArray[np.float64]
+    objects: NDArray[np.int64]
+
+    @cached_property
+    def sound(self) -> NDArray[np.bool_]:
+        """Faces that are not degenerate, shape (f,); exact, since differences fit 24 bits and products 50."""
+        edges = self.grid[:, 1:] - self.grid[:, :1]
+        return np.asarray((np.cross(edges[:, 0], edges[:, 1]) != 0).any(axis=1))
+
+
+class Subject:
+    """A tileset and what has been read of it.
+
+    Parameters
+    ----------
+    path : Path
+        The entry tileset.
+    settings : Settings
+
+    Raises
+    ------
+    UnreadableInputError
+        If the entry tileset cannot be opened or is not a JSON object.
+    """
+
+    def __init__(self, path: Path, settings: Settings) -> None:
+        self.settings = settings
+        real = Path(os.path.realpath(path))
+        self.folder = Folder(real.parent)
+        self.entry_name = real.name
+        try:
+            self.entry = tiles.read_tileset(open_file(real))
+        except (FileError, strictjson.JsonError) as error:
+            raise UnreadableInputError(f"{path}: {error}") from None
+        self.walk = tiles.walk(self.folder, (real.name,), self.entry)
+        self._unsound_cells: set[int] = set()
+        self.search: dict[str, Any] = {}
+
+    @property
+    def nav(self) -> dict[str, Any]:
+        """The entry object; sound after the stage ``schema``."""
+        found: dict[str, Any] = self.entry["extensions"][tiles.EXTENSION]
+        return found
+
+    @property
+    def step(self) -> float:
+        """Grid step in metres."""
+        return float(2.0 ** int(self.nav["grid"]["exponent"]))
+
+    @property
+    def tolerance(self) -> float:
+        """Tolerance of geometric tests in metres."""
+        return self.step * TOLERANCE_IN_STEPS
+
+    def number(self, name: str) -> int:
+        """A count of the entry object."""
+        return int(self.nav[name])
+
+    @cached_property
+    def sector_faults(self) -> dict[str, list[Finding]]:
+        """Faults of opening the sectors, by requirement; filled by ``sectors``."""
+        return {"core/uri-inside": [], "core/sector-resolves": []}
+
+    @cached_property
+    def sectors(self) -> list[NavFile]:
+        """The nav files that could be opened, in the order of the list."""
+        opened = []
+        for index, sector in enumerate(self.nav["sectors"]):
+            where, uri = f"{self.entry_name}#/extensions/{tiles.EXTENSION}/sectors/{index}/uri", sector["uri"]
+            try:
+                place = self.folder.resolve((), uri)
+                opened.append(NavFile("/".join(place), open_file(self.folder.path(place))))
+            except UriOutsideError as error:
+                allowed = "a relative reference inside the folder of the entry tileset"
+                self.sector_faults["core/uri-inside"].append(
+                    Finding(where, f"{uri[:200]!r} {error}", allowed)
+                )
+            except FileError as error:
+                finding = Finding(where, f"{uri[:200]!r}: {error}", "a readable file")
+                self.sector_faults["core/sector-resolves"].append(finding)
+        return opened
+
+    @cached_property
+    def finest(self) -> list[tiles.Content]:
+        """Nav contents of level 0 in the order of ``contentId``."""
+        contents = [content for content in self.walk.contents if content.nav["level"] == 0]
+        return sorted(contents, key=lambda content: int(content.nav["contentId"]))
+
+    @cached_property
+    def primitives(self) -> list[list[glb.Primitive]]:
+        """Primitives of each content of ``finest``; raises ``GlbError`` where one is not as it should be."""
+        return [glb.read(content.data) for content in self.finest if content.data is not None]
+
+    @cached_property
+    def faces(self) -> Faces:
+        """All faces; only after the checks of the contents."""
+        points = [part.positions[part.triangles] for content in self.primitives for part in content]
+        counts = [len(part) for part in points]
+        joined = np.concatenate([np.zeros((0, 3, 3)), *points])
+        grid = np.rint(joined / self.step).astype(np.int64)
+        return Faces(grid, joined, np.repeat(np.arange(len(counts), dtype=np.int64), counts))
+
+    @cached_property
+    def tables(self) -> tables.Tables:
+        """Tables of all sectors; only after the checks of the containers."""
+        return tables.join(self.sectors)
+
+    @cached_property
+    def polyhedra(self) -> polyhedra.Polyhedra:
+        """Vertices and facets of all cells; only after the checks of the planes."""
+        return polyhedra.build(self.tables.planes, self.tolerance)
+
+    @cached_property
+    def levels(self) -> lodjudge.Levels:
+        """Judgement of the level codes of the cells that are sound when it is first asked for."""
+        sound, lod = self.sound_cells, self.nav["lod"]
+        cells = lodjudge.pick_cells(self.tables, sound, self.settings.lod_pairs, self.settings.seed)
+        scale = lodjudge.Scale(float(lod["reference"]), float(lod["base"]), int(lod["levelCount"]))
+        scene = lodjudge.Scene(
+            self.polyhedra.corners, self.faces.points, self.faces.objects, self.faces.sound
+        )
+        coarse, wasteful, *undecided = lodjudge.judge(self.tables, scene, scale, cells)
+        return lodjudge.Levels(coarse, wasteful, len(cells), int(sound.sum()), *undecided)
+
+    def reject_cell(self, cell: int) -> None:
+        """Leave a cell out of every later check."""
+        self._unsound_cells.add(int(cell))
+
+    @property
+    def sound_cells(self) -> NDArray[np.bool_]:
+        """Cells that no check has found fault with, shape (n,)."""
+        sound = np.ones(self.tables.cell_count, dtype=bool)
+        sound[list(self._unsound_cells)] = False
+        return sound
