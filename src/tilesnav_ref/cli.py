@@ -1,0 +1,97 @@
+"""The command `tilesnav`: arguments and printing only."""
+
+from __future__ import annotations
+
+import json
+import logging
+import signal
+import sys
+import threading
+import traceback
+from argparse import Namespace
+from collections.abc import Sequence
+from types import FrameType
+
+from rich.console import Console
+
+from tilesnav_ref.cells import CellError
+from tilesnav_ref.commands.arguments import UsageError, encode_settings, parse, town_settings
+from tilesnav_ref.commands.info import print_figures
+from tilesnav_ref.commands.progress import stage_lines
+from tilesnav_ref.commands.sample import write_sample
+from tilesnav_ref.encode import encode
+from tilesnav_ref.scene import SceneError
+from tilesnav_ref.stream.errors import TilesetError
+from tilesnav_ref.stream.figures import figures
+from tilesnav_ref.stream.reader import open_tileset
+from tilesnav_ref.tileset.errors import EncodeError, OutputError
+from tilesnav_ref.tileset.folder import check_output
+
+NOT_ENCODABLE = (CellError, EncodeError, MemoryError)
+"""Exit status 1."""
+UNUSABLE = (UsageError, SceneError, TilesetError, OutputError, OSError)
+"""Exit status 2."""
+
+
+class _Terminated(BaseException):
+    """The process was asked to end; folders that are being made are removed on the way out."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command and return its exit status; `tilesnav --help` lists them."""
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    debug = "--debug" in given
+    logging.basicConfig(level=logging.INFO if debug else logging.WARNING, format="%(name)s: %(message)s")
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, _terminate)
+    try:
+        _run(parse(given))
+    except (*NOT_ENCODABLE, *UNUSABLE) as error:
+        message = str(error) or "not enough memory; encode a smaller --region"
+        return _fail(message, 1 if isinstance(error, NOT_ENCODABLE) else 2, debug)
+    except (KeyboardInterrupt, _Terminated) as stop:
+        number = signal.SIGTERM if isinstance(stop, _Terminated) else signal.SIGINT
+        return _fail(f"stopped by {number.name}; nothing was left behind", 128 + number, debug)
+    except Exception as error:  # noqa: BLE001 - the one border where a defect becomes an exit status
+        return _fail(f"internal error: {type(error).__name__}: {error} (--debug shows where)", 3, debug)
+    return 0
+
+
+def _run(given: Namespace) -> None:
+    {"encode": _encode, "info": _info, "sample": _sample}[given.command](given)
+
+
+def _encode(given: Namespace) -> None:
+    settings = encode_settings(given)
+    check_output(given.out, given.force)
+    with stage_lines(Console(stderr=True), given.quiet) as progress:
+        encode(given.scene, given.out, settings, given.force, progress)
+    if not given.quiet:
+        print_figures(Console(), figures(open_tileset(given.out)))
+
+
+def _info(given: Namespace) -> None:
+    found = figures(open_tileset(given.tileset))
+    if given.json:
+        print(json.dumps(found, indent=1))
+    else:
+        print_figures(Console(), found)
+
+
+def _sample(given: Namespace) -> None:
+    print(write_sample(given.out, town_settings(given)))
+
+
+def _fail(message: str, status: int, debug: bool) -> int:
+    if debug:
+        traceback.print_exc()
+    print(f"tilesnav: error: {' '.join(message.split())}", file=sys.stderr)
+    return status
+
+
+def _terminate(_number: int, _frame: FrameType | None) -> None:
+    raise _Terminated
+
+
+if __name__ == "__main__":
+    sys.exit(main())

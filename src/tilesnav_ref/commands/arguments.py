@@ -1,0 +1,287 @@
+"""Arguments of the command line, and the settings that they stand for."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, NoReturn
+
+from tilesnav_ref import __version__
+from tilesnav_ref.cells import CellError, CellSettings
+from tilesnav_ref.commands.sample import SIZES
+from tilesnav_ref.encode import EncodeSettings
+from tilesnav_ref.lod import LodSettings
+from tilesnav_ref.scene import METRES_PER_UNIT, SceneError, SceneSettings
+from tilesnav_ref.scene.sample import DETAILS, TownSettings
+from tilesnav_ref.tileset.model import TilesetSettings
+from tilesnav_ref.visibility import VisibilitySettings
+
+EXIT_STATUS = """exit status:
+  0  done
+  1  the input was read, but cannot be encoded (no free space, too large, ...)
+  2  the input cannot be read, the output cannot be written, or wrong usage
+  3  internal error
+  130, 143  interrupted, terminated
+Except for status 0, nothing is left behind and an older tileset at OUT is as it was.
+"""
+
+LISTS = ("--region", "--origin", "--seed-point")
+"""Options whose value may begin with a minus sign and is no plain number."""
+
+
+class UsageError(ValueError):
+    """Arguments that make no command."""
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that raises instead of printing its usage."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(message)
+
+
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
+    """Parse the command line.
+
+    Raises
+    ------
+    UsageError
+        When it is wrong.
+    """
+    return _parser().parse_args(_joined(arguments))
+
+
+def encode_settings(given: argparse.Namespace) -> EncodeSettings:
+    """Make the settings of every stage; what was not given keeps its default.
+
+    Raises
+    ------
+    UsageError
+        When a stage refuses its settings.
+    """
+    values = {name: value for name, value in vars(given).items() if value is not None}
+    if "seed" in values:
+        values["coverage_seed"] = values["seed"]
+    if "seeds" in values:
+        values["seeds"] = tuple(values["seeds"])
+    try:
+        return EncodeSettings(
+            scene=_settings(SceneSettings, values),
+            cells=_settings(CellSettings, values),
+            visibility=_settings(VisibilitySettings, values),
+            lod=_settings(LodSettings, values),
+            tileset=_settings(TilesetSettings, values),
+        )
+    except (SceneError, CellError, ValueError) as error:
+        raise UsageError(str(error)) from error
+
+
+def town_settings(given: argparse.Namespace) -> TownSettings:
+    """Make the settings of the sample town; what was not given keeps the default of the small town."""
+    size, town = SIZES[given.size], TownSettings()
+    return TownSettings(
+        seed=town.seed if given.seed is None else given.seed,
+        detail=given.detail or town.detail,
+        width=size.width,
+        depth=size.depth,
+        sloped=given.terrain,
+    )
+
+
+def _settings(kind: type[Any], values: dict[str, Any]) -> Any:
+    return kind(**{one.name: values[one.name] for one in fields(kind) if one.name in values})
+
+
+def _joined(arguments: Sequence[str]) -> list[str]:
+    """Join options and values such as ``--region -5,-5,5,5``, which argparse takes for two options."""
+    joined: list[str] = []
+    for argument in arguments:
+        if joined and joined[-1] in LISTS:
+            joined[-1] += f"={argument}"
+        else:
+            joined.append(argument)
+    return joined
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="tilesnav",
+        description="Encode and inspect 3D Tiles with the extension 3DTILES_nav.",
+        epilog=EXIT_STATUS,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"tilesnav {__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _add_encode(_command(commands, "encode", "make a tileset of a scene"))
+    _add_info(_command(commands, "info", "print the figures of a tileset"))
+    _add_sample(_command(commands, "sample", "write the sample scene, a town, as PLY"))
+    return parser
+
+
+def _command(commands: Any, name: str, help_text: str) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name,
+        help=help_text,
+        description=f"{help_text[0].upper()}{help_text[1:]}.",
+        epilog=EXIT_STATUS,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--debug", action="store_true", help="print the traceback of an error")
+    return parser
+
+
+def _add_info(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "tileset", type=Path, metavar="OUT", help="folder with tileset.json, or the file itself"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _add_sample(parser: argparse.ArgumentParser) -> None:
+    town = TownSettings()
+    parser.add_argument("out", type=Path, metavar="OUT.ply", help="file to write; it must not exist")
+    parser.add_argument(
+        "--detail", choices=DETAILS, help=f"about 50, 250 or 1000 faces a building ({town.detail})"
+    )
+    parser.add_argument(
+        "--size", choices=tuple(SIZES), default="small", help="a quarter of the site or all (small)"
+    )
+    parser.add_argument(
+        "--seed", type=_integer(0), metavar="N", help=f"start of the random numbers ({town.seed})"
+    )
+    parser.add_argument("--terrain", action="store_true", help="ground that rises and falls")
+
+
+def _add_encode(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", type=Path, metavar="SCENE", help="PLY, OBJ, STL, OFF, GLB or glTF file")
+    parser.add_argument("out", type=Path, metavar="OUT", help="folder to make")
+    parser.add_argument("--force", action="store_true", help="replace an older tileset at OUT when done")
+    parser.add_argument("--quiet", action="store_true", help="no progress and no summary")
+    parser.add_argument("--seed", type=_integer(0), metavar="N", help="start of all random numbers")
+    parser.add_argument(
+        "--threads", type=_integer(0), metavar="N", help="threads that look for visible faces; 0: all"
+    )
+    _add_scene_options(parser.add_argument_group("scene"))
+    _add_cell_options(parser.add_argument_group("cells"))
+    _add_table_options(parser.add_argument_group("sets, levels and files"))
+
+
+def _add_scene_options(group: Any) -> None:
+    group.add_argument("--units", choices=tuple(METRES_PER_UNIT), help="length unit of the file (m)")
+    group.add_argument("--up", choices=("auto", "x", "y", "z"), help="axis of the file that points up (auto)")
+    group.add_argument("--crs", help="'enu' or a coordinate system such as EPSG:25832")
+    group.add_argument(
+        "--origin", type=_numbers(3), metavar="X,Y,Z", help="zero of the nav frame, or lon,lat,height"
+    )
+    group.add_argument(
+        "--grid", dest="grid_exponent", type=_integer(), metavar="EXP", help="step 2^EXP m (-10)"
+    )
+    group.add_argument(
+        "--region", type=_numbers(4), metavar="X0,Y0,X1,Y1", help="part of the scene, m, nav frame"
+    )
+
+
+def _add_cell_options(group: Any) -> None:
+    cells = CellSettings()
+    group.add_argument(
+        "--cells", dest="method", choices=("boxes", "voxel"), help="merged boxes or voxels (boxes)"
+    )
+    lengths = (
+        ("--min-cell", "min_size", f"smallest edge of a cell ({cells.min_size:g})"),
+        ("--max-cell", "max_size", f"largest edge of a cell ({cells.max_size:g})"),
+        ("--voxel-size", "voxel_size", f"edge of a voxel ({cells.voxel_size:g})"),
+        ("--clearance", "clearance", f"free distance around every cell ({cells.clearance:g})"),
+        (
+            "--altitude-min",
+            "altitude_min",
+            f"lower end of the cells above the lowest point ({cells.altitude_min:g})",
+        ),
+        ("--altitude-max", "altitude_max", "upper end of the cells above the lowest point (152.4 or less)"),
+    )
+    for option, name, help_text in lengths:
+        group.add_argument(option, dest=name, type=_number, metavar="M", help=f"{help_text}, m")
+    group.add_argument(
+        "--keep-interiors", action="store_const", const=True, help="keep cells that are shut off from the sky"
+    )
+    group.add_argument(
+        "--seed-point",
+        dest="seeds",
+        type=_numbers(3),
+        action="append",
+        metavar="X,Y,Z",
+        help="keep what is connected to this point instead of the sky; may be repeated",
+    )
+
+
+def _add_table_options(group: Any) -> None:
+    sight, lod = VisibilitySettings(), LodSettings()
+    group.add_argument(
+        "--rays", type=_integer(0), metavar="N", help=f"uniform rays of a cell that find faces ({sight.rays})"
+    )
+    group.add_argument(
+        "--attempts", type=_integer(0), metavar="N", help=f"tries to prove a face hidden ({sight.attempts})"
+    )
+    group.add_argument("--depth", type=_integer(0), metavar="N", help=f"cuts above a try ({sight.depth})")
+    group.add_argument(
+        "--lod-reference",
+        dest="reference",
+        type=_number,
+        metavar="L",
+        help=f"L of code 0, 1/m ({lod.reference:g})",
+    )
+    group.add_argument(
+        "--lod-base", dest="base", type=_number, metavar="B", help=f"ratio of L of two codes ({lod.base:g})"
+    )
+    group.add_argument(
+        "--lod-levels",
+        dest="level_count",
+        type=_integer(1, 256),
+        metavar="N",
+        help=f"codes ({lod.level_count})",
+    )
+    group.add_argument(
+        "--sector-cells",
+        dest="cells_per_sector",
+        type=_integer(1),
+        metavar="N",
+        help=f"most cells in one nav file ({TilesetSettings().cells_per_sector})",
+    )
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"found {text!r}; allowed: a finite number")
+    return value
+
+
+def _numbers(count: int) -> Callable[[str], tuple[float, ...]]:
+    def convert(text: str) -> tuple[float, ...]:
+        parts = text.split(",")
+        if len(parts) != count:
+            raise argparse.ArgumentTypeError(
+                f"found {text!r}; allowed: {count} numbers with commas between them"
+            )
+        return tuple(_number(part) for part in parts)
+
+    return convert
+
+
+def _integer(low: int | None = None, high: int = 2**31 - 1) -> Callable[[str], int]:
+    def convert(text: str) -> int:
+        allowed = f"an integer up to {high}" if low is None else f"an integer from {low} to {high}"
+        try:
+            value = int(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"found {text!r}; allowed: {allowed}") from None
+        if value > high or (low is not None and value < low):
+            raise argparse.ArgumentTypeError(f"found {text}; allowed: {allowed}")
+        return value
+
+    return convert

@@ -1,0 +1,58 @@
+"""The pipeline: from a scene file to a tileset."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from tilesnav_ref.cells import CellSettings, decompose, planes
+from tilesnav_ref.lod import LodSettings, choose_levels
+from tilesnav_ref.scene import SceneSettings, load_scene
+from tilesnav_ref.tileset.delta import make_deltas
+from tilesnav_ref.tileset.folder import new_folder
+from tilesnav_ref.tileset.model import NavMap, TilesetSettings
+from tilesnav_ref.tileset.provenance import make_provenance
+from tilesnav_ref.tileset.run_report import StageProgress, Stopwatch, run_report, write_report
+from tilesnav_ref.tileset.write import write_tileset
+from tilesnav_ref.visibility import VisibilitySettings, compute_pvs
+
+
+@dataclass(frozen=True)
+class EncodeSettings:
+    """Settings of every stage."""
+
+    scene: SceneSettings = field(default_factory=SceneSettings)
+    cells: CellSettings = field(default_factory=CellSettings)
+    visibility: VisibilitySettings = field(default_factory=VisibilitySettings)
+    lod: LodSettings = field(default_factory=LodSettings)
+    tileset: TilesetSettings = field(default_factory=TilesetSettings)
+
+
+def encode(
+    source: Path,
+    out: Path,
+    settings: EncodeSettings,
+    force: bool = False,
+    progress: StageProgress | None = None,
+) -> dict[str, Any]:
+    """Make a tileset of a scene; `out` appears complete or not at all. Returns the report of the run."""
+    watch = Stopwatch(progress)
+    with new_folder(out, force) as folder:
+        with watch.stage("scene"):
+            scene, found = load_scene(source, settings.scene)
+        with watch.stage("cells") as steps:
+            cells = decompose(scene, settings.cells, steps)
+        with watch.stage("visibility") as steps:
+            pvs = compute_pvs(scene, cells, settings.visibility, steps)
+        with watch.stage("levels") as steps:
+            lod = choose_levels(scene, cells, pvs, settings.lod, steps)
+        with watch.stage("deltas"):
+            deltas = make_deltas(cells, pvs, lod)
+        with watch.stage("write"):
+            provenance = make_provenance(source, vars(settings), found, cells, pvs)
+            nav_map = NavMap(scene, cells, pvs, lod, deltas, provenance)
+            write_tileset(folder, nav_map, planes(cells, scene.step), settings.tileset)
+        report = run_report(watch)
+        write_report(folder, report)
+    return report
