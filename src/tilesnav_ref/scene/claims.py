@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from pathlib import Path
 
 from tilesnav_ref.scene.errors import SceneError
 from tilesnav_ref.scene.gltf_claims import check_glb, check_gltf
@@ -18,15 +19,13 @@ PLY_BYTES = {
 }
 
 
-def check_claims(source: str, suffix: str, data: bytes, max_faces: int) -> int | None:
+def check_claims(path: Path, data: bytes, max_faces: int) -> int | None:
     """Check signature and claimed counts of a file.
 
     Parameters
     ----------
-    source : str
-        File named in errors.
-    suffix : str
-        Lower case, with the dot.
+    path : Path
+        Named in errors; its suffix is the format.
     data : bytes
         The whole file.
     max_faces : int
@@ -42,6 +41,7 @@ def check_claims(source: str, suffix: str, data: bytes, max_faces: int) -> int |
     SceneError
         When the signature is wrong or a count cannot be true for a file of this size.
     """
+    source, suffix = str(path), path.suffix.lower()
     if not data:
         raise SceneError(source, "file", "0 bytes", "a mesh")
     if suffix == ".ply":
@@ -49,9 +49,9 @@ def check_claims(source: str, suffix: str, data: bytes, max_faces: int) -> int |
     if suffix == ".stl":
         _check_stl(source, data, max_faces)
     if suffix == ".glb":
-        check_glb(source, data, max_faces)
+        check_glb(path, data, max_faces)
     if suffix == ".gltf":
-        check_gltf(source, data, max_faces)
+        check_gltf(path, data, max_faces)
     if suffix == ".obj":
         _check_obj(source, data)
     if suffix == ".off" and b"OFF" not in data[:4096]:

@@ -55,6 +55,11 @@ def to_nav(source: str, suffix: str, vertices: NDArray[np.float64], settings: Sc
         When the coordinate system is unknown, cannot be had, or does not hold the vertices.
     """
     up = up_axis(settings.up, suffix)
+    with np.errstate(over="ignore", invalid="ignore"):  # snapping refuses what is not finite
+        return _placed(source, up, vertices, settings)
+
+
+def _placed(source: str, up: str, vertices: NDArray[np.float64], settings: SceneSettings) -> NavFrame:
     x, y, z = vertices.T
     upright = np.stack({"x": (y, z, x), "y": (x, -z, y), "z": (x, y, z)}[up], axis=1)
     factor = METRES_PER_UNIT[settings.units]

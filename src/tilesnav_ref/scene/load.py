@@ -50,14 +50,16 @@ def load_scene(path: str | PathLike[str], settings: SceneSettings | None = None)
     vertices, faces, part = _concatenate(mesh)
     frame = to_nav(str(path), path.suffix.lower(), vertices, settings)
     snapped = snap(frame.positions, settings.grid_exponent, str(path))
-    soup = Soup(snapped, faces, part, tuple(p.name for p in mesh.parts))
+    used = len(np.unique(faces))
+    soup = Soup(*weld(snapped, faces), part, tuple(p.name for p in mesh.parts))
+    merged = used - len(soup.vertices)
     clock.lap("snap")
     soup, cropping = _crop(soup, settings, str(path))
     clock.lap("crop")
     built = build_scene(soup, settings, frame.tileset_from_nav, str(path))
     clock.lap("build")
     return built.scene, _report(
-        str(path), mesh, _Steps(frame, snapped, soup, cropping, built), settings, clock
+        str(path), mesh, _Steps(frame, snapped, merged, cropping, built), settings, clock
     )
 
 
@@ -81,7 +83,7 @@ class _Steps:
 
     frame: NavFrame
     snapped: NDArray[np.int64]
-    soup: Soup
+    merged: int
     cropping: Crop | None
     built: Build
 
@@ -94,29 +96,24 @@ def _concatenate(mesh: MeshFile) -> tuple[NDArray[np.float64], NDArray[np.int64]
 
 
 def _crop(soup: Soup, settings: SceneSettings, source: str) -> tuple[Soup, Crop | None]:
-    """Keep what the region keeps, judged on welded vertices."""
+    """Keep what the region keeps."""
     if settings.region is None:
         return soup, None
-    vertices, faces = weld(soup.vertices, soup.faces)
     x0, y0, x1, y1 = (c / settings.step for c in settings.region)
-    result = crop(
-        vertices.astype(np.float64), faces, (x0, y0, x1, y1), settings.region_margin / settings.step
-    )
+    margin = settings.region_margin / settings.step
+    result = crop(soup.vertices.astype(np.float64), soup.faces, (x0, y0, x1, y1), margin)
     if not result.keep.any():
-        low, high = (np.array2string(v * settings.step) for v in (vertices.min(axis=0), vertices.max(axis=0)))
-        raise SceneError(source, "region", f"no face in {settings.region}", f"a part of {low} to {high} m")
-    return Soup(vertices, faces[result.keep], soup.part[result.keep], soup.part_names), result
+        lower, upper = soup.vertices.min(axis=0), soup.vertices.max(axis=0)
+        extent = f"{np.array2string(lower * settings.step)} to {np.array2string(upper * settings.step)} m"
+        raise SceneError(source, "region", f"no face in {settings.region}", f"a part of {extent}")
+    kept = result.keep
+    return Soup(soup.vertices, soup.faces[kept], soup.part[kept], soup.part_names), result
 
 
 def _report(
     source: str, mesh: MeshFile, steps: _Steps, settings: SceneSettings, clock: _Clock
 ) -> SceneReport:
     scene, built, cropping = steps.built.scene, steps.built, steps.cropping
-    used = (
-        sum(len(np.unique(p.faces)) for p in mesh.parts)
-        if cropping is None
-        else len(np.unique(steps.soup.faces))
-    )
     moved = np.linalg.norm(steps.snapped * settings.step - steps.frame.positions, axis=1)
     lower, upper = (
         tuple(float(c) * settings.step for c in bound)
@@ -136,7 +133,7 @@ def _report(
         lower=(lower[0], lower[1], lower[2]),
         upper=(upper[0], upper[1], upper[2]),
         moved_max=float(moved.max()),
-        vertices_merged=used - len(scene.vertices),
+        vertices_merged=steps.merged,
         degenerate_removed=built.degenerate_removed,
         components=built.topology.components,
         boundary_edges=built.topology.boundary_edges,

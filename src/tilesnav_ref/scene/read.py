@@ -82,7 +82,7 @@ def read_mesh(path: Path, max_faces: int) -> MeshFile:
     if suffix not in SUFFIXES:
         raise SceneError(source, "name", repr(suffix), ", ".join(SUFFIXES))
     data = _read_bytes(path)
-    claimed = check_claims(source, suffix, data, max_faces)
+    claimed = check_claims(path, data, max_faces)
     scene = _parse(path, suffix, data)
     parts, skipped = _placed_parts(source, scene, max_faces)
     count = sum(len(p.faces) for p in parts)
@@ -151,15 +151,13 @@ def _part(source: str, name: str, matrix: NDArray[np.float64], mesh: trimesh.Tri
         raise SceneError(
             source, first, f"vertex indices {faces[wrong[0]].tolist()}", f"0 to {len(vertices) - 1}"
         )
-    used = np.zeros(len(vertices), bool)
-    used[faces.ravel()] = True
-    infinite = np.flatnonzero(used & ~np.isfinite(vertices).all(axis=1))
+    infinite = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
     if len(infinite):
         first = f"{name}: vertex {infinite[0]}"
         raise SceneError(source, first, f"{vertices[infinite[0]].tolist()}", "finite coordinates")
-    vertices = np.where(used[:, None], vertices, 0.0)
     if not np.array_equal(matrix, np.eye(4)):
-        vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
+        with np.errstate(over="ignore", invalid="ignore"):  # refused below
+            vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
         if not np.isfinite(vertices).all():
             raise SceneError(
                 source, f"node {name}", "a transform with non-finite result", "finite coordinates"

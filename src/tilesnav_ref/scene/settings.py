@@ -133,7 +133,7 @@ class SceneReport:
     moved_max: float
     """Greatest distance by which snapping moved a vertex."""
     vertices_merged: int
-    """Used vertices of the file less those after welding."""
+    """Used vertices of the file less those after welding, before cropping."""
     degenerate_removed: int
     """Faces of zero area on the grid."""
     components: int

@@ -38,8 +38,9 @@ def snap(positions: NDArray[np.float64], exponent: int, source: str) -> NDArray[
     -----
     The step is a power of two, so the division is exact and the result is the nearest grid point.
     """
-    scaled = np.ldexp(positions, -exponent)
-    far = np.flatnonzero((np.abs(scaled) > SNAP_LIMIT).any(axis=1))
+    with np.errstate(over="ignore"):  # infinity is refused below
+        scaled = np.ldexp(positions, -exponent)
+    far = np.flatnonzero(~(np.abs(scaled) <= SNAP_LIMIT).all(axis=1))
     if len(far):
         where = np.array2string(positions[far[0]], separator=", ")
         raise SceneError(

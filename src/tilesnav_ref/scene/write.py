@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from trimesh.exchange.gltf import export_glb
+from trimesh.exchange.ply import export_ply
 
 from tilesnav_ref.scene.errors import SceneError
 from tilesnav_ref.scene.model import Scene
@@ -56,7 +58,7 @@ def _metres(vertices: NDArray[np.int64], exponent: int) -> NDArray[np.float64]:
 
 def _ply(scene: Scene) -> bytes:
     mesh = trimesh.Trimesh(_metres(scene.vertices, scene.grid_exponent), scene.faces, process=False)
-    return bytes(mesh.export(file_type="ply", vertex_normal=False))
+    return bytes(export_ply(mesh, vertex_normal=False))
 
 
 def _glb(scene: Scene) -> bytes:
@@ -69,4 +71,4 @@ def _glb(scene: Scene) -> bytes:
         vertices = _metres(scene.vertices[used] @ y_up.T, scene.grid_exponent)
         mesh = trimesh.Trimesh(vertices, local.reshape(-1, 3), process=False)
         document.add_geometry(mesh, node_name=f"{k:05d} {name}", geom_name=f"{k:05d} {name}")
-    return bytes(document.export(file_type="glb", include_normals=False))
+    return bytes(export_glb(document, include_normals=False))  # type: ignore[no-untyped-call]
