@@ -28,8 +28,8 @@ def clip(corners: FloatArray, count: IntArray, planes: FloatArray) -> tuple[Floa
 
     Notes
     -----
-    A convex polygon gains at most one corner. Segments and points, given as polygons with repeated corners, are
-    clipped alike.
+    A convex polygon gains at most one corner. Segments and points, given as polygons with repeated corners,
+    are clipped alike.
     """
     k, q = corners.shape[:2]
     index = np.arange(q)

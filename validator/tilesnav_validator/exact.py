@@ -1,7 +1,8 @@
 """Deciding in exact arithmetic whether a ray is a witness that a face is visible from a cell.
 
-A face T is visible from the open interior C of a cell when there are c in C and t in the relative interior of T such
-that the half-open segment [c, t) meets no other face; degenerate faces neither are visible nor block.
+A face T is visible from the open interior C of a cell when there are c in C and t in the relative interior
+of T such that the half-open segment [c, t) meets no other face; degenerate faces neither are visible nor
+block.
 """
 
 from __future__ import annotations
@@ -80,7 +81,8 @@ def make_ray(c: NDArray[np.float64], direction: NDArray[np.float64], step: float
 
 
 def pierces(ray: Ray, triangle: Triangle) -> Fraction | None:
-    """Parameter at which a ray crosses the relative interior of a triangle, None where it does not or runs along it."""
+    """Parameter at which a ray crosses the relative interior of a triangle, None where it does not or runs
+    along it."""
     weights = _weights(ray.direction, triangle)
     if all(w > 0 for w in weights) or all(w < 0 for w in weights):
         normal = _normal(triangle)
@@ -90,7 +92,8 @@ def pierces(ray: Ray, triangle: Triangle) -> Fraction | None:
 
 
 def meets(ray: Ray, triangle: Triangle, end: Fraction) -> bool:
-    """Whether the points of a ray with parameters in [0, end) meet a closed triangle that is not degenerate."""
+    """Whether the points of a ray with parameters in [0, end) meet a closed triangle that is not
+    degenerate."""
     normal = _normal(triangle)
     slope, height = _dot(ray.direction, normal), _dot(triangle[0], normal)
     if slope == 0:
@@ -140,12 +143,13 @@ def inside(c: NDArray[np.float64], planes: NDArray[np.float64]) -> bool:
 
 
 def _near(faces: Faces, c: NDArray[np.float64], end: NDArray[np.float64], margin: float) -> NDArray[np.int64]:
-    """Faces that may meet the segment from c to end: a filter in float64 that leaves out only what surely does not.
+    """Faces that may meet the segment from c to end: a filter in float64 that leaves out only what surely
+    does not.
 
     Notes
     -----
-    ``margin`` is half a grid step, 2^18 times the rounding of positions below 2^13 m. Sides of edges are triple
-    products of lengths up to ``reach``, off by less than 2^-44 of ``reach`` cubed.
+    ``margin`` is half a grid step, 2^18 times the rounding of positions below 2^13 m. Sides of edges are
+    triple products of lengths up to ``reach``, off by less than 2^-44 of ``reach`` cubed.
     """
     points = faces.points
     low, high = np.minimum(c, end) - margin, np.maximum(c, end) + margin
@@ -159,7 +163,7 @@ def _near(faces: Faces, c: NDArray[np.float64], end: NDArray[np.float64], margin
     reach = np.abs(corners).max(axis=(1, 2), initial=0.0) + np.abs(direction).max()
     blur = (reach**3 * 2.0**-40)[:, None]
     apart = (sides > blur).any(axis=1) & (sides < -blur).any(axis=1)
-    return near[~apart].astype(np.int64)
+    return np.asarray(near[~apart], dtype=np.int64)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -69,4 +69,6 @@ class NotRun:
 
 Outcome = NotRefuted | NotRun | None
 Findings = Generator[Finding, None, Outcome]
-Check = Callable[..., Findings]
+"""A check that ends with an outcome; others are plain iterators of findings, and their outcome is None."""
+
+Check = Callable[..., Iterator[Finding]]

@@ -135,7 +135,7 @@ class _Document:
         _need(accessor.get("type") == kind, f"{where}/type", accessor.get("type"), kind)
         _need("sparse" not in accessor, f"{where}/sparse", "a sparse accessor", "none")
         _need(not accessor.get("normalized"), f"{where}/normalized", "true", "false")
-        dtype, width = np.dtype(types[code]), 3 if kind == "VEC3" else 1
+        dtype, width = np.dtype(types[int(code or 0)]), 3 if kind == "VEC3" else 1
         view = _integer(accessor.get("bufferView"), f"{where}/bufferView", len(self.views))
         data, stride = self._view(view)
         step = stride or dtype.itemsize * width

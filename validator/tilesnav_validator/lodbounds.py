@@ -2,10 +2,11 @@
 
 With r = p - x for a point p of the cell and a point x of the face, and n the unit normal, L = n.r / |r|^2.
 
-Below: any pair of points. The point of the face is the nearest to p; p moves by pairwise Frank-Wolfe steps with an
-exact line search. Above: for a unit vector u let s be the least u.r over the vertices of cell and face. The set
-{r : n.r >= L |r|^2} is the ball of centre n / 2L and radius 1 / 2L; it reaches at most (u.n + 1) / 2L in the direction
-u. So when s > 0, no pair has an L greater than (1 + u.n) / 2s. At the optimum the two bounds meet.
+Below: any pair of points. The point of the face is the nearest to p; p moves by pairwise Frank-Wolfe steps
+with an exact line search. Above: for a unit vector u let s be the least u.r over the vertices of cell and
+face. The set {r : n.r >= L |r|^2} is the ball of centre n / 2L and radius 1 / 2L; it reaches at most (u.n +
+1) / 2L in the direction u. So when s > 0, no pair has an L greater than (1 + u.n) / 2s. At the optimum the
+two bounds meet.
 
 References
 ----------
@@ -24,10 +25,12 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 ROUNDING = 1e-9
-"""Relative allowance on bounds: float64 sums of lengths below 2^14 m that differ by more than 2^-10 m keep about 1e-9."""
+"""Relative allowance on bounds: float64 sums of lengths below 2^14 m that differ by more than 2^-10 m keep
+about 1e-9."""
 
 SAFE_SUPPORT = 2.0**-32
-"""Metres taken off every support, far above the rounding of differences below 2^14 m, far below the smallest step."""
+"""Metres taken off every support, far above the rounding of differences below 2^14 m, far below the smallest
+step."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,7 @@ def nearest(points: FloatArray, triangles: FloatArray) -> FloatArray:
     inside = (np.einsum("kei,kei->ke", offset, inward) > 0).all(axis=1)
     norm2 = np.einsum("ki,ki->k", normal, normal)
     height = np.einsum("ki,ki->k", offset[:, 0], normal) / np.where(norm2 > 0, norm2, 1)
-    return np.where(inside[:, None], points - height[:, None] * normal, result)
+    return np.asarray(np.where(inside[:, None], points - height[:, None] * normal, result))
 
 
 def _l(normals: FloatArray, r: FloatArray) -> FloatArray:
@@ -112,7 +115,8 @@ def rough(pairs: Pairs) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _step(r: FloatArray, edge: FloatArray, normals: FloatArray, longest: FloatArray) -> FloatArray:
-    """Where between 0 and ``longest`` n.(r + t e) / |r + t e|^2 is greatest, for an edge along which it rises."""
+    """Where between 0 and ``longest`` n.(r + t e) / |r + t e|^2 is greatest, for an edge along which it
+    rises."""
     a, b = np.einsum("ki,ki->k", normals, r), np.einsum("ki,ki->k", normals, edge)
     rr, re, ee = (np.einsum("ki,ki->k", x, y) for x, y in ((r, r), (r, edge), (edge, edge)))
     slope = b * rr - 2 * a * re
@@ -132,7 +136,8 @@ class _State:
 
 
 def _improve(pairs: Pairs, state: _State) -> _State:
-    """One step: nearest point of the face, both bounds, and a move of weight between two vertices of the cell."""
+    """One step: nearest point of the face, both bounds, and a move of weight between two vertices of the
+    cell."""
     p = np.einsum("kv,kvi->ki", state.weights, pairs.vertices)
     r = p - nearest(p, pairs.triangles)
     value = _l(pairs.normals, r)

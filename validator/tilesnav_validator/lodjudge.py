@@ -46,7 +46,8 @@ class Scale:
 
 @dataclass(frozen=True)
 class Fault:
-    """A code that is certainly wrong; the largest L is from ``low`` to ``high``, and ``limit`` is what it crosses."""
+    """A code that is certainly wrong; the largest L is from ``low`` to ``high``, and ``limit`` is what it
+    crosses."""
 
     cell: int
     entry: int
@@ -78,7 +79,8 @@ class Levels:
 
 @dataclass(frozen=True)
 class Scene:
-    """What the codes are judged by: vertices of cells (n, v, 3), faces (f, 3, 3), objects (f,), sound faces (f,)."""
+    """What the codes are judged by: vertices of cells (n, v, 3), faces (f, 3, 3), objects (f,), sound faces
+    (f,)."""
 
     vertices: FloatArray
     triangles: FloatArray
@@ -87,7 +89,8 @@ class Scene:
 
 
 def pick_cells(tables: Tables, sound: NDArray[np.bool_], most_pairs: int, seed: int) -> IntArray:
-    """Cells to look at: all sound ones, or a seeded choice with at most ``most_pairs`` pairs of cell and face."""
+    """Cells to look at: all sound ones, or a seeded choice with at most ``most_pairs`` pairs of cell and
+    face."""
     cells = np.flatnonzero(sound).astype(np.int64)
     pairs = np.diff(tables.faces.offsets)
     if pairs[cells].sum() <= most_pairs:

@@ -12,12 +12,13 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 SAFE_DETERMINANT = 1e-6
-"""Three planes whose unit normals span less volume are taken to have no common point. A point of such planes 2^13 m
-from the origin would be off by 2^13 * 2^-53 / 1e-6 = 1e-6 m, which is a tenth of the tolerance for a step of 1 mm."""
+"""Three planes whose unit normals span less volume are taken to have no common point. A point of such planes
+2^13 m from the origin would be off by 2^13 * 2^-53 / 1e-6 = 1e-6 m, which is a tenth of the tolerance for a
+step of 1 mm."""
 
 CONE_ANGLE = 1e-9
-"""Directions that stay within six half-spaces up to this sine count as going to infinity: a cell two steps of 1 mm
-wide would have to be 2,000 km long to be taken for unbounded."""
+"""Directions that stay within six half-spaces up to this sine count as going to infinity: a cell two steps
+of 1 mm wide would have to be 2,000 km long to be taken for unbounded."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,8 @@ class Polyhedra:
     ----------
     planes : ndarray of float64, shape (n, p, 4)
     points : ndarray of float64, shape (n, t, 3)
-        Meeting points of each three planes; where ``real`` is false a repetition of a vertex, or 0 if there is none.
+        Meeting points of each three planes; where ``real`` is false a repetition of a vertex, or 0 if there
+        is none.
     real : ndarray of bool, shape (n, t)
         Points that are vertices.
     triples : ndarray of int64, shape (t, 3)
@@ -76,7 +78,7 @@ class Polyhedra:
 def _fill(points: FloatArray, real: BoolArray) -> FloatArray:
     """Replace what is no vertex by the first vertex of the same row, or by 0."""
     rows = np.arange(len(points))
-    first = points[rows, real.argmax(axis=1)] * real.any(axis=1)[:, None]
+    first = points[rows, real.argmax(axis=1)] * np.asarray(real.any(axis=1))[:, None]
     return np.where(real[..., None], points, first[:, None])
 
 
@@ -126,8 +128,8 @@ def unbounded(planes: FloatArray) -> BoolArray:
 
     Notes
     -----
-    The recession cone {v : n_i.v <= 0} holds more than 0 exactly if it holds the meeting line of two planes, in one
-    direction or the other, or if all normals are parallel.
+    The recession cone {v : n_i.v <= 0} holds more than 0 exactly if it holds the meeting line of two planes,
+    in one direction or the other, or if all normals are parallel.
     """
     normals = planes[..., :3]
     pairs = np.array(list(combinations(range(planes.shape[1]), 2)))
@@ -140,7 +142,8 @@ def unbounded(planes: FloatArray) -> BoolArray:
 
 
 def holds_ball(planes: FloatArray, radius: float | FloatArray, tolerance: float) -> BoolArray:
-    """Which bounded polyhedra hold a ball: those that are not empty when every plane is moved in by its radius.
+    """Which bounded polyhedra hold a ball: those that are not empty when every plane is moved in by its
+    radius.
 
     Parameters
     ----------

@@ -162,7 +162,8 @@ class Caster:
         return origins
 
     def _in_polyhedron(self, random: np.random.Generator, cell: int, count: int) -> Float32Array:
-        """Uniform positions in one cell: a tetrahedron by its volume, then a position in it by sorted numbers."""
+        """Uniform positions in one cell: a tetrahedron by its volume, then a position in it by sorted
+        numbers."""
         facets = self.shapes.facet(np.full(6, cell), np.arange(6)) - self.centre
         apex = facets.reshape(-1, 3).mean(axis=0)
         fans = np.stack(
@@ -172,7 +173,7 @@ class Caster:
         volume = np.cumsum(np.abs(np.linalg.det(edges)))
         pick = np.minimum(np.searchsorted(volume, random.random(count) * volume[-1]), len(volume) - 1)
         weights = np.diff(np.sort(random.random((count, 3)), axis=1), axis=1, prepend=0.0)
-        return (apex + np.einsum("ke,kei->ki", weights, edges[pick])).astype(np.float32)
+        return np.asarray(apex + np.einsum("ke,kei->ki", weights, edges[pick]), dtype=np.float32)
 
     def _targets(self, random: np.random.Generator, marks: NDArray[np.bool_], rows: IntArray) -> Float32Array:
         """Uniform positions on faces that are not listed, as far as two draws find such."""
@@ -222,7 +223,8 @@ def _directions(random: np.random.Generator, count: int) -> Float32Array:
 
 
 def cast_all(caster: Caster, chunks: Iterator[Chunk], threads: int) -> Iterator[Catch]:
-    """Cast chunks on several threads (Embree and numpy release the lock); catches come in the order of the chunks."""
+    """Cast chunks on several threads (Embree and numpy release the lock); catches come in the order of the
+    chunks."""
     with ThreadPoolExecutor(threads) as pool:
         waiting: deque[Future[Catch]] = deque(
             pool.submit(caster.cast, chunk) for chunk in islice(chunks, 2 * threads)

@@ -72,7 +72,7 @@ def as_text(result: Result, path: Path) -> Iterator[str]:
         yield result.subject.search["statement"]
     seconds = ", ".join(f"{stage} {value:.2f} s" for stage, value in result.seconds.items())
     yield f"time: {seconds}"
-    counts = {verdict: 0 for verdict in ("pass", "not refuted", "not run", "fail")}
+    counts = dict.fromkeys(("pass", "not refuted", "not run", "fail"), 0)
     for judgement in result.judgements:
         counts[judgement.verdict] += 1
     summary = ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count)

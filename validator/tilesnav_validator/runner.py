@@ -7,6 +7,7 @@ import time
 from collections import defaultdict
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -149,7 +150,8 @@ class _Run:
         yield from found
         if requirement.checked_by == "schema" or found:
             return None
-        return (yield from self.checks[requirement.id].run(self.subject))
+        outcome = yield from cast(Findings, self.checks[requirement.id].run(self.subject))
+        return outcome
 
     def _read_nav_files(self) -> None:
         for sector in self.subject.sectors:

@@ -1,4 +1,5 @@
-"""Requirements that JSON Schemas check: the id of an error is the ``$comment`` nearest above the failing keyword."""
+"""Requirements that JSON Schemas check: the id of an error is the ``$comment`` nearest above the failing
+keyword."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ def _validator(name: str) -> Draft202012Validator:
     def retrieve(uri: str) -> Resource[Any]:
         return Resource.from_contents(schema(uri), default_specification=DRAFT202012)
 
-    return Draft202012Validator(schema(name), registry=Registry(retrieve=retrieve))
+    registry: Registry[Any] = Registry(retrieve=retrieve)  # type: ignore[call-arg]  # attrs alias
+    return Draft202012Validator(schema(name), registry=registry)
 
 
 def _follow(reference: str, name: str) -> tuple[Any, str]:

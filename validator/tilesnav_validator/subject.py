@@ -17,8 +17,9 @@ from tilesnav_validator.findings import Finding, Settings, UnreadableInputError
 from tilesnav_validator.navfile import NavFile
 
 TOLERANCE_IN_STEPS = 2.0**-6
-"""Tolerance of geometric tests in grid steps. float64 planes within 2^13 m of the origin are off by less than 2^-39 m;
-with the smallest step, 2^-20 m, this is 2^13 times more, and it is far below the step itself."""
+"""Tolerance of geometric tests in grid steps. float64 planes within 2^13 m of the origin are off by less
+than 2^-39 m; with the smallest step, 2^-20 m, this is 2^13 times more, and it is far below the step
+itself."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +161,7 @@ class Subject:
         coarse, wasteful, *undecided = lodjudge.judge(self.tables, scene, scale, cells)
         return lodjudge.Levels(coarse, wasteful, len(cells), int(sound.sum()), *undecided)
 
-    def reject_cell(self, cell: int) -> None:
+    def reject_cell(self, cell: int | np.integer[Any]) -> None:
         """Leave a cell out of every later check."""
         self._unsound_cells.add(int(cell))
 

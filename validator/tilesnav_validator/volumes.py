@@ -54,7 +54,8 @@ def geodetic(ecef: FloatArray) -> FloatArray:
 
     Notes
     -----
-    Bowring's start and fixed-point steps on the reduced latitude; below 1e-9 m from -10 km to 1000 km of height.
+    Bowring's start and fixed-point steps on the reduced latitude; below 1e-9 m from -10 km to 1000 km of
+    height.
     """
     x, y, z = ecef.T
     b = _WGS84_A * (1 - _WGS84_F)
@@ -70,7 +71,8 @@ def geodetic(ecef: FloatArray) -> FloatArray:
 
 
 def region_excess(region: FloatArray, ecef: FloatArray) -> float:
-    """Largest distance in metres by which an ECEF position is outside a region (west, south, east, north, low, high)."""
+    """Largest distance in metres by which an ECEF position is outside a region (west, south, east, north,
+    low, high)."""
     if not len(ecef):
         return -math.inf
     west, south, east, north, low, high = region

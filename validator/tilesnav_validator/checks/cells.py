@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,14 +22,14 @@ NO_CELL = NotRun("no cell without an earlier finding")
 
 
 @check("cell/known-kind", needs=WHOLE)
-def known_kind(subject: Subject) -> Findings:
+def known_kind(subject: Subject) -> Iterator[Finding]:
     """Kinds are 0 or 1."""
     for cell in np.flatnonzero(subject.tables.kinds > 1):
         yield Finding(f"cell {cell}", f"kind {subject.tables.kinds[cell]}", "0 or 1")
 
 
 @check("cell/unit-normals", needs=WHOLE)
-def unit_normals(subject: Subject) -> Findings:
+def unit_normals(subject: Subject) -> Iterator[Finding]:
     """Coefficients are finite, normals have length 1."""
     planes = subject.tables.planes
     with np.errstate(over="ignore", invalid="ignore"):
@@ -39,7 +41,7 @@ def unit_normals(subject: Subject) -> Findings:
 
 
 @check("cell/bounded", needs=("cell/unit-normals",))
-def bounded(subject: Subject) -> Findings:
+def bounded(subject: Subject) -> Iterator[Finding]:
     """The normals of a cell span space in every direction."""
     for cell in np.flatnonzero(polyhedra.unbounded(subject.tables.planes)):
         subject.reject_cell(cell)
@@ -116,7 +118,8 @@ def disjoint_interiors(subject: Subject) -> Findings:
 
 
 def _overlap(subject: Subject, first: NDArray[np.int64], second: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which pairs of cells have a common interior: first by the facets, then by the polyhedron that they share."""
+    """Which pairs of cells have a common interior: first by the facets, then by the polyhedron that they
+    share."""
     shapes, planes, tolerance = subject.polyhedra, subject.tables.planes, subject.tolerance
     apart = np.zeros(len(first), dtype=bool)
     for one, other in ((first, second), (second, first)):

@@ -13,7 +13,8 @@ from tilesnav_validator.findings import Finding, Findings, NotRefuted, NotRun
 from tilesnav_validator.subject import Subject
 
 ENOUGH = 100
-"""Confirmed faces after which the search ends: the tileset is invalid, and its encoder has enough to look at."""
+"""Confirmed faces after which the search ends: the tileset is invalid, and its encoder has enough to look
+at."""
 
 
 @check("pvs/conservative", needs=("pvs/sorted-faces", "cell/unit-normals", *FACES))
@@ -86,8 +87,8 @@ class Tally:
             }
         bound = 3 / self.uniform
         claim = (
-            f"with 95 % confidence, of all pairs of a position in a cell (all cells alike) and a direction, at most "
-            f"{bound:.3g} see a missing face"
+            "with 95 % confidence, of all pairs of a position in a cell (all cells alike) and a direction, "
+            f"at most {bound:.3g} see a missing face"
         )
         return search | {
             "confidence": 0.95,

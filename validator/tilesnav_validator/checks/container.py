@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 
 from tilesnav_validator.checks import check
-from tilesnav_validator.findings import Finding, Findings
+from tilesnav_validator.findings import Finding
 from tilesnav_validator.navfile import ALIGNMENT, RAGGED, TABLES, NavFile
 from tilesnav_validator.subject import Subject
 from tilesnav_validator.tiles import EXTENSION
@@ -17,7 +18,7 @@ WHOLE = ("container/table-lengths", "container/offsets", "container/sector-count
 
 
 @check("container/header", needs=("core/uri-inside", "core/sector-resolves"))
-def header(subject: Subject) -> Findings:
+def header(subject: Subject) -> Iterator[Finding]:
     """Magic, version and lengths."""
     for sector in subject.sectors:
         fault = sector.header_fault()
@@ -26,14 +27,14 @@ def header(subject: Subject) -> Findings:
 
 
 @check("container/padding", needs=("container/json",))
-def padding(subject: Subject) -> Findings:
+def padding(subject: Subject) -> Iterator[Finding]:
     """Padding of both parts."""
     for sector in subject.sectors:
         yield from sector.padding_faults()
 
 
 @check("container/buffer-views", needs=("container/json", "container/padding"))
-def buffer_views(subject: Subject) -> Findings:
+def buffer_views(subject: Subject) -> Iterator[Finding]:
     """Bounds, alignment and overlap of the buffer views, and the length of the buffer."""
     for sector in subject.sectors:
         yield from _buffer_views(sector)
@@ -56,7 +57,7 @@ def _buffer_views(sector: NavFile) -> Iterator[Finding]:
         elif size:
             taken.append((offset, offset + size, index))
     taken.sort()
-    for (_, end, first), (start, _, second) in zip(taken, taken[1:], strict=False):
+    for (_, end, first), (start, _, second) in pairwise(taken):
         if start < end:
             yield Finding(
                 f"{sector.name}#/bufferViews/{second}", f"begins at {start}", f"not within view {first}"
@@ -64,8 +65,9 @@ def _buffer_views(sector: NavFile) -> Iterator[Finding]:
 
 
 @check("container/table-lengths", needs=("container/buffer-views",))
-def table_lengths(subject: Subject) -> Findings:
-    """Every table has the length that its count calls for; that of the planes has a requirement of its own."""
+def table_lengths(subject: Subject) -> Iterator[Finding]:
+    """Every table has the length that its count calls for; that of the planes has a requirement of its
+    own."""
     for sector in subject.sectors:
         users: dict[int, str] = {}
         for name, kind in TABLES.items():
@@ -84,7 +86,7 @@ def table_lengths(subject: Subject) -> Findings:
 
 
 @check("cell/exactly-six-planes", needs=("container/table-lengths",))
-def exactly_six_planes(subject: Subject) -> Findings:
+def exactly_six_planes(subject: Subject) -> Iterator[Finding]:
     """The length of the table of planes."""
     for sector in subject.sectors:
         size = sector.view(sector.view_of("cells/planes"))[1]
@@ -95,7 +97,7 @@ def exactly_six_planes(subject: Subject) -> Findings:
 
 
 @check("container/offsets", needs=("container/table-lengths",))
-def offsets(subject: Subject) -> Findings:
+def offsets(subject: Subject) -> Iterator[Finding]:
     """First, last and order of the offsets of ragged tables."""
     for sector in subject.sectors:
         for name, elements in RAGGED.items():
@@ -116,7 +118,7 @@ def offsets(subject: Subject) -> Findings:
 
 
 @check("container/sector-counts", needs=("container/table-lengths",))
-def sector_counts(subject: Subject) -> Findings:
+def sector_counts(subject: Subject) -> Iterator[Finding]:
     """Numbering of cells over the sectors, and the sum of portals."""
     next_cell, portals = 0, 0
     entry = f"{subject.entry_name}#/extensions/{EXTENSION}"

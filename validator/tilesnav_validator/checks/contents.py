@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from tilesnav_validator import glb, volumes
 from tilesnav_validator.checks import check
 from tilesnav_validator.checks.links import accumulated
-from tilesnav_validator.findings import Finding, Findings
+from tilesnav_validator.findings import Finding
 from tilesnav_validator.subject import Subject
 from tilesnav_validator.tiles import EXTENSION, Content
 
@@ -15,7 +17,7 @@ MAX_STEPS = 2**23
 
 
 @check("core/content-gltf", needs=("core/content-ids-dense", "core/content-digest"))
-def content_gltf(subject: Subject) -> Findings:
+def content_gltf(subject: Subject) -> Iterator[Finding]:
     """Every content of level 0 can be read without a decoder."""
     for content in subject.finest:
         assert content.data is not None
@@ -26,7 +28,7 @@ def content_gltf(subject: Subject) -> Findings:
 
 
 @check("core/on-grid", needs=("core/content-gltf",))
-def on_grid(subject: Subject) -> Findings:
+def on_grid(subject: Subject) -> Iterator[Finding]:
     """Positions are multiples of the grid step."""
     for content, primitives in zip(subject.finest, subject.primitives, strict=True):
         for number, primitive in enumerate(primitives):
@@ -39,7 +41,7 @@ def on_grid(subject: Subject) -> Findings:
 
 
 @check("core/face-count", needs=("core/content-gltf",))
-def face_count(subject: Subject) -> Findings:
+def face_count(subject: Subject) -> Iterator[Finding]:
     """Counts of the contents, then their sums, which say nothing new where a content is wrong."""
     totals = {"faceCount": 0, "objectCount": 0}
     wrong = False
@@ -58,7 +60,7 @@ def face_count(subject: Subject) -> Findings:
 
 
 @check("core/tile-volume-bounds", needs=("core/on-grid", "core/content-transform"))
-def tile_volume_bounds(subject: Subject) -> Findings:
+def tile_volume_bounds(subject: Subject) -> Iterator[Finding]:
     """Volumes of the tiles above every nav content."""
     reported = set()
     for content in subject.walk.contents:
@@ -67,7 +69,8 @@ def tile_volume_bounds(subject: Subject) -> Findings:
         for tile in content.tile.chain():
             local = positions @ to_tile[:3, :3].T + to_tile[:3, 3]
             product = accumulated(tile)
-            assert product is not None and tile.transform is not None
+            assert product is not None
+            assert tile.transform is not None
             fault = volumes.fault(tile.volume, local, product, subject.step)
             if fault and tile.place not in reported:
                 reported.add(tile.place)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tilesnav_validator import ragged
 from tilesnav_validator.checks import check
 from tilesnav_validator.checks.container import WHOLE
-from tilesnav_validator.findings import Finding, Findings
+from tilesnav_validator.findings import Finding
 from tilesnav_validator.subject import Subject
 from tilesnav_validator.tables import Ragged, Tables
 
@@ -27,7 +27,7 @@ def _name(tables: Tables, portal: int) -> str:
 
 
 @check("delta/sorted", needs=(*WHOLE, "core/face-count"))
-def delta_sorted(subject: Subject) -> Findings:
+def delta_sorted(subject: Subject) -> Iterator[Finding]:
     """Lists of deltas ascend and are in range."""
     tables = subject.tables
     lists = (
@@ -93,7 +93,7 @@ def _differing(expected: tuple[IntArray, NDArray[np.uint32]], stored: Ragged, po
 @check(
     "delta/identity", needs=("delta/sorted", "pvs/sorted-faces", "portal/target-exists", "core/face-count")
 )
-def identity(subject: Subject) -> Findings:
+def identity(subject: Subject) -> Iterator[Finding]:
     """Each delta alone; when all are right, deltas composed along random paths that visit cells again."""
     tables, width = subject.tables, subject.number("faceCount")
     lists, right = tables.faces, True
@@ -121,12 +121,14 @@ def _difference(tables: Tables, portal: int, name: str) -> Finding:
     else:
         wanted, stored = np.setdiff1d(ends[0], ends[1]), tables.left.row(portal)
     missing, extra = np.setdiff1d(wanted, stored), np.setdiff1d(stored, wanted)
-    measured = f"faces {name}: {len(missing)} missing {missing[:5].tolist()}, {len(extra)} too many {extra[:5].tolist()}"
+    lacks = f"{len(missing)} missing {missing[:5].tolist()}"
+    measured = f"faces {name}: {lacks}, {len(extra)} too many {extra[:5].tolist()}"
     return Finding(_name(tables, portal), measured, f"the {len(wanted)} faces of the difference")
 
 
 def _paths(subject: Subject) -> Iterator[Finding]:
-    """Follow deltas along seeded random paths and back; the faces must be those stored of every cell on the way."""
+    """Follow deltas along seeded random paths and back; the faces must be those stored of every cell on the
+    way."""
     tables = subject.tables
     starts = np.flatnonzero(np.diff(tables.targets.offsets))
     if not len(starts):
@@ -151,7 +153,7 @@ def _paths(subject: Subject) -> Iterator[Finding]:
 
 
 @check("delta/switches", needs=("delta/sorted", "lod/objects-match", "portal/target-exists"))
-def switches(subject: Subject) -> Findings:
+def switches(subject: Subject) -> Iterator[Finding]:
     """Objects switched are those whose code is new or other, with the code in the target."""
     tables, width = subject.tables, subject.number("objectCount")
     objects, codes = tables.objects, tables.codes.values

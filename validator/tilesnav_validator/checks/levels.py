@@ -14,7 +14,8 @@ _NEEDS = ("lod/objects-match", "lod/code-range", "cell/unit-normals")
 def _findings(subject: Subject, faults: list[Fault], undecided: int, allowed: str) -> Findings:
     tables, levels = subject.tables, subject.levels
     for fault in faults:
-        where = f"cell {fault.cell} object {tables.objects.values[fault.entry]} code {tables.codes.values[fault.entry]}"
+        item, code = tables.objects.values[fault.entry], tables.codes.values[fault.entry]
+        where = f"cell {fault.cell} object {item} code {code}"
         yield Finding(
             where,
             f"largest L from {fault.low:.9g} to {fault.high:.9g} 1/m",

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
 
 import numpy as np
 
 from tilesnav_validator.checks import check
-from tilesnav_validator.findings import Findings, Finding
+from tilesnav_validator.findings import Finding
 from tilesnav_validator.subject import Subject
 from tilesnav_validator.tiles import EXTENSION, Tile, as_transform
 
@@ -18,7 +19,7 @@ LINKED = ("core/uri-inside", "core/content-resolves", "core/external-tilesets-en
 
 
 @check("core/uri-inside")
-def uri_inside(subject: Subject) -> Findings:
+def uri_inside(subject: Subject) -> Iterator[Finding]:
     """Uris of sectors, contents and external tilesets."""
     yield from subject.walk.faults["core/uri-inside"]
     _ = subject.sectors
@@ -26,26 +27,26 @@ def uri_inside(subject: Subject) -> Findings:
 
 
 @check("core/sector-resolves")
-def sector_resolves(subject: Subject) -> Findings:
+def sector_resolves(subject: Subject) -> Iterator[Finding]:
     """Sectors that could not be opened."""
     _ = subject.sectors
     yield from subject.sector_faults["core/sector-resolves"]
 
 
 @check("core/content-resolves")
-def content_resolves(subject: Subject) -> Findings:
+def content_resolves(subject: Subject) -> Iterator[Finding]:
     """Contents that could not be opened."""
     yield from subject.walk.faults["core/content-resolves"]
 
 
 @check("core/external-tilesets-end")
-def external_tilesets_end(subject: Subject) -> Findings:
+def external_tilesets_end(subject: Subject) -> Iterator[Finding]:
     """Circles and depth of external tilesets."""
     yield from subject.walk.faults["core/external-tilesets-end"]
 
 
 @check("core/transform-rigid")
-def transform_rigid(subject: Subject) -> Findings:
+def transform_rigid(subject: Subject) -> Iterator[Finding]:
     """The transform of the nav frame."""
     where = f"{subject.entry_name}#/extensions/{EXTENSION}/transform"
     matrix = as_transform(subject.nav["transform"])
@@ -76,7 +77,7 @@ def accumulated(tile: Tile) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
 @check("core/content-transform", needs=("core/transform-rigid",))
-def content_transform(subject: Subject) -> Findings:
+def content_transform(subject: Subject) -> Iterator[Finding]:
     """Transforms of the tiles above nav contents."""
     wanted = as_transform(subject.nav["transform"])
     assert wanted is not None
@@ -96,7 +97,7 @@ def content_transform(subject: Subject) -> Findings:
 
 
 @check("core/content-ids-dense", needs=LINKED)
-def content_ids_dense(subject: Subject) -> Findings:
+def content_ids_dense(subject: Subject) -> Iterator[Finding]:
     """Numbering of the contents of level 0."""
     for expected, content in enumerate(subject.finest):
         found = int(content.nav["contentId"])
@@ -106,7 +107,7 @@ def content_ids_dense(subject: Subject) -> Findings:
 
 
 @check("core/content-digest", needs=LINKED)
-def content_digest(subject: Subject) -> Findings:
+def content_digest(subject: Subject) -> Iterator[Finding]:
     """SHA-256 of every nav content."""
     for content in subject.walk.contents:
         assert content.data is not None

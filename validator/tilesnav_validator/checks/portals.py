@@ -19,12 +19,13 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 CONTACT_IN_STEPS = 2.0**-20
-"""A face this near to a portal touches it. A float64 plane is off by 2^-39 m at most; where planes are parallel to the
-axes and on the grid, which they are wherever contact happens on purpose, everything here is exact."""
+"""A face this near to a portal touches it. A float64 plane is off by 2^-39 m at most; where planes are
+parallel to the axes and on the grid, which they are wherever contact happens on purpose, everything here is
+exact."""
 
 
 @check("portal/target-exists", needs=WHOLE)
-def target_exists(subject: Subject) -> Findings:
+def target_exists(subject: Subject) -> Iterator[Finding]:
     """Targets and polygons are numbers of things that exist."""
     tables = subject.tables
     sources, targets = tables.portal_sources, tables.targets.values.astype(np.int64)
@@ -45,7 +46,7 @@ def target_exists(subject: Subject) -> Findings:
 
 
 @check("portal/symmetric", needs=("portal/target-exists",))
-def symmetric(subject: Subject) -> Findings:
+def symmetric(subject: Subject) -> Iterator[Finding]:
     """Every portal has one that leads back, with the same polygon."""
     tables = subject.tables
     sources, targets = tables.portal_sources, tables.targets.values.astype(np.int64)
@@ -69,7 +70,8 @@ def symmetric(subject: Subject) -> Findings:
 
 @dataclass(frozen=True)
 class Passage:
-    """k portals between sound cells whose polygons have the same number q of corners, each pair of cells once.
+    """k portals between sound cells whose polygons have the same number q of corners, each pair of cells
+    once.
 
     Attributes
     ----------
@@ -132,7 +134,8 @@ _Fault = tuple[NDArray[np.bool_], tuple[str, FloatArray], str]
 
 
 def _polygon_faults(subject: Subject, passage: Passage) -> list[_Fault]:
-    """What can be wrong with polygons, the most telling first: which are, what was measured, what is allowed."""
+    """What can be wrong with polygons, the most telling first: which are, what was measured, what is
+    allowed."""
     step, tolerance = subject.step, subject.tolerance
     both = [subject.tables.planes[cells] for cells in (passage.first, passage.second)]
     rows = np.arange(len(passage.first))
@@ -162,7 +165,8 @@ def _polygon_faults(subject: Subject, passage: Passage) -> list[_Fault]:
 
 
 def _missing(subject: Subject, passage: Passage, normals: FloatArray) -> FloatArray:
-    """How far the intersection of the two facets reaches out of the stored polygon; infinite if there is none."""
+    """How far the intersection of the two facets reaches out of the stored polygon; infinite if there is
+    none."""
     planes = subject.tables.planes
     corners = subject.polyhedra.facet(passage.first, passage.side_first)
     count = np.full(len(corners), corners.shape[1], dtype=np.int64)
@@ -190,7 +194,8 @@ def clear_of_geometry(subject: Subject) -> Findings:
 
 
 def _around_polygon(subject: Subject, passage: Passage, chosen: IntArray) -> FloatArray:
-    """Half-spaces around the relative interior of polygons: both sides of their planes, and their edges moved in."""
+    """Half-spaces around the relative interior of polygons: both sides of their planes, and their edges
+    moved in."""
     plane = subject.tables.planes[passage.first[chosen], passage.side_first[chosen]]
     contact = subject.step * CONTACT_IN_STEPS
     sides = np.stack([plane, -plane], axis=1)

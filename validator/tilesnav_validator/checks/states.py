@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -10,13 +11,13 @@ from tilesnav_validator import ragged
 from tilesnav_validator.checks import check
 from tilesnav_validator.checks.cells import FACES
 from tilesnav_validator.checks.container import WHOLE
-from tilesnav_validator.findings import Finding, Findings
+from tilesnav_validator.findings import Finding
 from tilesnav_validator.subject import Subject
 from tilesnav_validator.tiles import EXTENSION
 
 
 @check("pvs/sorted-faces", needs=(*WHOLE, "core/face-count"))
-def sorted_faces(subject: Subject) -> Findings:
+def sorted_faces(subject: Subject) -> Iterator[Finding]:
     """Faces of a PVS are in range and ascend."""
     faces, limit = subject.tables.faces, subject.number("faceCount")
     cells = ragged.rows(faces.offsets)
@@ -32,7 +33,7 @@ def sorted_faces(subject: Subject) -> Findings:
 
 
 @check("pvs/proven-within-listed", needs=WHOLE)
-def proven_within_listed(subject: Subject) -> Findings:
+def proven_within_listed(subject: Subject) -> Iterator[Finding]:
     """No more faces are proven than listed."""
     listed = np.diff(subject.tables.faces.offsets)
     for cell in np.flatnonzero(subject.tables.proven > listed):
@@ -42,7 +43,7 @@ def proven_within_listed(subject: Subject) -> Findings:
 
 
 @check("pvs/digest", needs=WHOLE)
-def digest(subject: Subject) -> Findings:
+def digest(subject: Subject) -> Iterator[Finding]:
     """Digests of the canonical bytes of the states."""
     tables = subject.tables
     for cell in range(tables.cell_count):
@@ -56,7 +57,7 @@ def digest(subject: Subject) -> Findings:
 
 
 @check("lod/objects-match", needs=("pvs/sorted-faces", *FACES))
-def objects_match(subject: Subject) -> Findings:
+def objects_match(subject: Subject) -> Iterator[Finding]:
     """Objects of a cell are those of its faces."""
     tables, objects = subject.tables, subject.faces.objects
     for cell in range(tables.cell_count):
@@ -74,7 +75,7 @@ def objects_match(subject: Subject) -> Findings:
 
 
 @check("lod/code-range", needs=WHOLE)
-def code_range(subject: Subject) -> Findings:
+def code_range(subject: Subject) -> Iterator[Finding]:
     """Codes are on the scale."""
     codes, limit = subject.tables.codes, int(subject.nav["lod"]["levelCount"])
     cells = ragged.rows(codes.offsets)
@@ -85,7 +86,7 @@ def code_range(subject: Subject) -> Findings:
 
 
 @check("provenance/totals", needs=WHOLE)
-def totals(subject: Subject) -> Findings:
+def totals(subject: Subject) -> Iterator[Finding]:
     """Sums over all cells."""
     sums = {
         "listed": int(subject.tables.faces.offsets[-1]),
