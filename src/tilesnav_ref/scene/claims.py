@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from pathlib import Path
 
@@ -10,6 +11,9 @@ from tilesnav_ref.scene.gltf_claims import check_glb, check_gltf
 
 PLY_HEADER_LIMIT = 1 << 20
 """Bytes; real headers have a few hundred."""
+
+NUMBER = re.compile(rb"-?[0-9]{1,18}")
+"""A vertex number of an OBJ file."""
 
 PLY_BYTES = {
     **dict.fromkeys(("char", "uchar", "int8", "uint8"), 1),
@@ -116,18 +120,22 @@ def _ply_row_bytes(source: str, number: int, words: list[str], element: str, asc
     return sizes[0] + corners * sizes[1]
 
 
+def is_binary_stl(data: bytes) -> bool:
+    """Whether the count in the header fits the size; a binary file may begin with the word of texts too."""
+    return len(data) >= 84 and len(data) == 84 + 50 * int(struct.unpack_from("<I", data, 80)[0])
+
+
 def _check_stl(source: str, data: bytes, max_faces: int) -> None:
-    count = struct.unpack_from("<I", data, 80)[0] if len(data) >= 84 else 0
-    if len(data) >= 84 and len(data) == 84 + 50 * count:
+    if is_binary_stl(data):
+        count = (len(data) - 84) // 50
         if count > max_faces:
             raise SceneError(source, "header", f"{count} faces", f"at most {max_faces} (max_faces)")
     elif data.lstrip()[:5].lower() != b"solid":
-        raise SceneError(
-            source,
-            "header",
-            f"a count of {count} faces in {len(data)} bytes",
-            "84 + 50 bytes a face, or a text that begins with 'solid'",
+        found = f"{len(data)} bytes that begin with {data[:16]!r}"
+        allowed = (
+            "84 + 50 bytes a face with the number of faces at byte 80, or a text that begins with 'solid'"
         )
+        raise SceneError(source, "header", found, allowed)
 
 
 def _check_obj(source: str, data: bytes) -> None:
@@ -141,14 +149,10 @@ def _check_obj(source: str, data: bytes) -> None:
             faces.append((number, vertices, line))
     for number, before, line in faces:
         for word in line.split(b"#")[0].split()[1:]:
-            text = word.split(b"/")[0].decode("latin-1")
-            if text == "\\":
+            text = word.split(b"/")[0]
+            if text == b"\\":  # the line goes on
                 continue
-            value = int(text) if text.lstrip("-").isdecimal() and len(text) < 20 else 0
+            value = int(text) if NUMBER.fullmatch(text) else 0
             if value == 0 or value > vertices or value < -before:
-                raise SceneError(
-                    source,
-                    f"line {number}",
-                    f"vertex number {text[:20]!r} in a face",
-                    f"1 to {vertices}, or -{before} to -1",
-                )
+                found = "vertex number " + repr(text[:20].decode("latin-1"))
+                raise SceneError(source, f"line {number}", found, f"1 to {vertices}, or -{before} to -1")

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import io
 import json
+import logging
 import struct
 import warnings
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +18,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from tilesnav_ref.scene.claims import check_claims
+from tilesnav_ref.scene.claims import check_claims, is_binary_stl
 from tilesnav_ref.scene.errors import SceneError
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off")
@@ -34,6 +37,7 @@ PARSER_FAILURES = (
     RuntimeError,
     OSError,
     EOFError,
+    ImportError,
     MemoryError,
     struct.error,
     zlib.error,
@@ -108,10 +112,10 @@ def _parse(path: Path, suffix: str, data: bytes) -> trimesh.Scene:
     """Hand the bytes to trimesh; from memory, so that no claimed length allocates more than there is."""
     options: dict[str, Any] = {"split_objects": True, "maintain_order": True} if suffix == ".obj" else {}
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), _silent(logging.getLogger("trimesh")):
             warnings.simplefilter("ignore")
             return trimesh.load_scene(
-                io.BytesIO(data),
+                io.BytesIO(_as_utf8(suffix, data)),
                 file_type=suffix[1:],
                 resolver=trimesh.resolvers.FilePathResolver(str(path.resolve())),
                 process=False,
@@ -121,6 +125,28 @@ def _parse(path: Path, suffix: str, data: bytes) -> trimesh.Scene:
     except PARSER_FAILURES as error:
         found = f"{type(error).__name__}: {error}"[:200]
         raise SceneError(str(path), "content", found, f"a valid {suffix[1:].upper()} file") from error
+
+
+@contextmanager
+def _silent(log: logging.Logger) -> Iterator[None]:
+    """Hold back what trimesh says on the way to an error; the error says it."""
+    level = log.level
+    log.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        log.setLevel(level)
+
+
+def _as_utf8(suffix: str, data: bytes) -> bytes:
+    """Texts in other encodings have odd names only; trimesh would ask for a package to guess the encoding."""
+    if suffix not in (".obj", ".off", ".stl") or (suffix == ".stl" and data[:5].lower() != b"solid"):
+        return data
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data if suffix == ".stl" and is_binary_stl(data) else data.decode("latin-1").encode("utf-8")
+    return data
 
 
 def _placed_parts(source: str, scene: trimesh.Scene, max_faces: int) -> tuple[tuple[Part, ...], int]:
@@ -145,6 +171,9 @@ def _placed_parts(source: str, scene: trimesh.Scene, max_faces: int) -> tuple[tu
 def _part(source: str, name: str, matrix: NDArray[np.float64], mesh: trimesh.Trimesh) -> Part:
     vertices = np.asarray(mesh.vertices, np.float64)
     faces = np.asarray(mesh.faces, np.int64)
+    if vertices.shape[1:] != (3,) or faces.shape[1:] != (3,):
+        found = f"vertices of shape {vertices.shape}, faces of shape {faces.shape}"
+        raise SceneError(source, name, found, "three coordinates a vertex, three corners a face")
     wrong = np.flatnonzero(((faces < 0) | (faces >= len(vertices))).any(axis=1))
     if len(wrong):
         first = f"{name}: face {wrong[0]}"
