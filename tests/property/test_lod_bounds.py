@@ -142,7 +142,7 @@ def test_bounds_without_a_search_enclose_the_value(pair: tuple[np.ndarray, np.nd
     low, high, triangle = pair
     value = region_maximum(low, high, triangle)
     least, most = cheap_bounds(low, high, triangle, unit(triangle))
-    # the proven value may exceed the true one by 1e-6, and rounding of a pair a step apart stays below that too
+    # the proven value may exceed the true one by 1e-6; the rounding of a pair a step apart is less
     assert least <= value * (1 + 1e-6)
     assert value <= most * (1 + 1e-6)
     assert value <= paired_bound(low, high, triangle, unit(triangle)) * (1 + 1e-6)

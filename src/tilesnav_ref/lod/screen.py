@@ -2,9 +2,10 @@
 
 Notes
 -----
-Four pairs of points give a lower bound: every corner and the centroid of the triangle with the nearest point of
-the box. Height over the plane and distance give an upper bound. The best pair also points out a direction for
-:func:`tilesnav_ref.lod.maximum.proven_bound`, which is then tight wherever the best pair is near the optimum.
+Four pairs of points give a lower bound: every corner and the centroid of the triangle with the nearest point
+of the box. Height over the plane and distance give an upper bound. The best pair also points out a direction
+for :func:`tilesnav_ref.lod.maximum.proven_bound`, which is then tight wherever the best pair is near the
+optimum.
 """
 
 from __future__ import annotations
@@ -88,7 +89,7 @@ def cheap_bounds(lower: Vector, upper: Vector, triangle: Vector, normal: Vector)
 
 @njit(cache=True, nogil=True)
 def paired_bound(lower: Vector, upper: Vector, triangle: Vector, normal: Vector) -> float:
-    """Upper bound from the direction that the best of four pairs points out, 1/m; infinite if it proves nothing.
+    """Upper bound from the direction that the best of four pairs points out, 1/m; infinite: no proof.
 
     The side of the plane on which the best pair lies is bounded by that direction, the other side by height
     and distance.
