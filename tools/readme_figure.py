@@ -27,10 +27,10 @@ FLAT = 0.05
 STYLE = """
   .ground { fill: #f4f1ea } .seen-ground { fill: #ffe3b0 }
   .roof { fill: #cfd4da } .seen-roof { fill: #f6a13c }
-  .wall { stroke: #6b7480; stroke-width: .35; fill: none }
-  .seen-wall { stroke: #d9480f; stroke-width: 1.1; fill: none }
-  .cell { fill: none; stroke: #4c6ef5; stroke-width: .18 }
-  .here { fill: #1c3faa; stroke: #1c3faa; stroke-width: .4 }
+  .wall { stroke: #6b7480; stroke-width: .18; fill: none }
+  .seen-wall { stroke: #d9480f; stroke-width: .5; fill: none }
+  .cell { fill: none; stroke: #4c6ef5; stroke-width: .1 }
+  .here { fill: #1c3faa; stroke: none }
 """.strip("\n")
 
 
@@ -90,7 +90,13 @@ def face_shapes(town: Town, seen: NDArray[np.bool_]) -> list[str]:
 
 
 def path_of(face: NDArray[np.float64]) -> str:
-    """Projection of a triangle as path commands, 0.1 m."""
+    """Projection of a triangle as path commands, 0.1 m.
+
+    All are wound alike: where two of one path overlap, opposite windings would leave a hole.
+    """
+    one, two = face[1, :2] - face[0, :2], face[2, :2] - face[0, :2]
+    if one[0] * two[1] < one[1] * two[0]:
+        face = face[::-1]
     return "M" + "L".join(f"{x:.1f},{-y:.1f}" for x, y, _ in face) + "z"
 
 
