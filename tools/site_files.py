@@ -19,13 +19,13 @@ PAGES: dict[str, tuple[str, ...]] = {
     "Specification": ("spec/README.md", "spec/*.md"),
     "Visibility, proved": ("docs/visibility.md",),
     "Encoder": ("docs/encoder.md",),
-    "Validator": ("validator/README.md", "docs/validator.md"),
+    "Validator": ("validator/README.md",),
     "Conformance": ("conformance/README.md",),
     "Benchmarks": ("benchmarks/README.md",),
     "Contributing": ("CONTRIBUTING.md", "CHANGELOG.md"),
     "Decisions": ("docs/decisions/README.md", "docs/decisions/0*.md"),
 }
-OTHER_FILES = ("LICENSE", "docs/**/*.svg", "spec/**/*.svg", "spec/*.toml", "schema/*.json", "docs/style.css")
+OTHER_FILES = ("LICENSE", "docs/**/*.svg", "spec/**/*.svg", "spec/*.toml", "schema/*.json", "conformance/cases/**/case.json")
 """Files that pages refer to."""
 
 
