@@ -17,10 +17,10 @@ I. Wald, V. Havran, "On building fast kd-trees for ray tracing", 2006 (cutting o
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.overlap import meets_box
+from tilesnav_ref.kernels import kernel
 
 _DEPTH = 512
 """Room for pending boxes. Every part is thinner by the smallest size, at least one step, or by half; boxes
@@ -28,7 +28,7 @@ of the grid reach this depth only where max_size is hundreds of times min_size, 
 with an error."""
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _enlarged(array: NDArray[np.int64], needed: int) -> NDArray[np.int64]:
     """The array, copied to twice its length or to the needed one."""
     room = np.empty(max(needed, 2 * len(array)), np.int64)
@@ -36,7 +36,7 @@ def _enlarged(array: NDArray[np.int64], needed: int) -> NDArray[np.int64]:
     return room
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _select_meeting(
     corners: NDArray[np.int64],
     pool: NDArray[np.int64],
@@ -66,7 +66,7 @@ def _select_meeting(
     return end
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _choose_cut(
     lower: NDArray[np.int64],
     upper: NDArray[np.int64],
@@ -97,7 +97,7 @@ def _choose_cut(
     return longest, (lower[longest] + upper[longest]) >> 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _push_parts(
     stack: NDArray[np.int64], spans: NDArray[np.int64], top: int, cut: tuple[int, int], span: tuple[int, int]
 ) -> int:
@@ -111,7 +111,7 @@ def _push_parts(
     return top + 2
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def divide_root(
     corners: NDArray[np.int64],
     candidates: NDArray[np.int64],

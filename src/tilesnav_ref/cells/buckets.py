@@ -11,10 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.overlap import meets_box
+from tilesnav_ref.kernels import kernel
 
 _BUCKET_LIMIT = 1 << 21
 """Most buckets; 16 MiB of offsets."""
@@ -38,14 +38,14 @@ class FaceBuckets:
     """Face numbers, ascending in each bucket."""
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def bucket_range(low: int, high: int, origin: int, size: int, count: int) -> tuple[int, int]:
     """First and last bucket along one axis that the closed interval [low, high] meets; empty when first >
     last."""
     return max((low - origin) // size, 0), min((high - origin) // size, count - 1)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _visit(
     corners: NDArray[np.int64],
     frame: NDArray[np.int64],
@@ -95,7 +95,7 @@ def make_buckets(corners: NDArray[np.int64], box: NDArray[np.int64], size: int) 
     return FaceBuckets(corners, frame[0], size, frame[1], offsets, faces)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def gather(
     frame: tuple[NDArray[np.int64], int, NDArray[np.int64]],
     lists: tuple[NDArray[np.int64], NDArray[np.int64]],
@@ -126,7 +126,7 @@ def gather(
     return count
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _occupied(
     corners: NDArray[np.int64],
     frame: tuple[NDArray[np.int64], int, NDArray[np.int64]],

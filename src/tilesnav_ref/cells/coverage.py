@@ -15,15 +15,15 @@ cell; without such points it is 0.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.buckets import FaceBuckets, gather, make_buckets
 from tilesnav_ref.cells.flood import CLEAR, REACHED, VoxelFlood, spread
 from tilesnav_ref.cells.overlap import meets_box
+from tilesnav_ref.kernels import kernel
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _joined(
     corners: NDArray[np.int64],
     near: NDArray[np.int64],
@@ -62,7 +62,7 @@ def _joined(
     return count
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _classify(
     corners: NDArray[np.int64],
     frame: tuple[NDArray[np.int64], int, NDArray[np.int64]],
@@ -89,7 +89,7 @@ def _classify(
     return result
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _locate(
     boxes: NDArray[np.int64],
     frame: tuple[NDArray[np.int64], int, NDArray[np.int64]],

@@ -8,7 +8,6 @@ from concurrent.futures import ThreadPoolExecutor
 from os import cpu_count
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.boxes import divide_root
@@ -21,6 +20,7 @@ from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.cells.portals import find_contacts, open_contacts, portal_table, rectangle_polygons
 from tilesnav_ref.cells.selection import cell_kinds, open_sky, seed_points, select_reachable, spatial_order
 from tilesnav_ref.cells.settings import CellError, CellSettings
+from tilesnav_ref.kernels import kernel
 from tilesnav_ref.scene.model import Scene
 
 _LOG = logging.getLogger(__name__)
@@ -28,7 +28,7 @@ _ROOTS_A_TASK = 64
 Progress = Callable[[int, int], None]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _divide_roots(
     corners: NDArray[np.int64],
     frame: tuple[NDArray[np.int64], int, NDArray[np.int64]],
@@ -162,6 +162,7 @@ def decompose(
     domain = make_domain(scene, settings, sizes)
     buckets = _buckets_around(scene, domain, sizes)
     roots = make_roots(domain, sizes, settings.max_cells)
+    domain = np.stack((roots[:, 0].min(axis=0), roots[:, 1].max(axis=0)))
     boxes = _free_boxes(buckets, roots, sizes, settings.max_cells, progress)
     if len(boxes) == 0:
         raise CellError(

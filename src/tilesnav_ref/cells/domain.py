@@ -73,11 +73,12 @@ def _horizontal_bounds(
 
 
 def _vertical_bounds(
-    heights: tuple[int, int], settings: CellSettings, sizes: GridSizes, step: float
+    heights: tuple[int, int], settings: CellSettings, step: float
 ) -> tuple[int, int]:
     lowest, highest = heights
     if settings.altitude_max is None:
-        top = min(lowest + round(AIRSPACE_TOP / step), highest + sizes.max_size)
+        above = round(settings.max_size / step)  # also for voxels, so that methods share one domain
+        top = min(lowest + round(AIRSPACE_TOP / step), highest + above)
     else:
         top = lowest + round(settings.altitude_max / step)
     bottom = lowest + round(settings.altitude_min / step)
@@ -109,7 +110,7 @@ def make_domain(scene: Scene, settings: CellSettings, sizes: GridSizes) -> NDArr
     inside = np.all((corners[:, :, :2].max(axis=1) >= low) & (corners[:, :, :2].min(axis=1) <= high), axis=1)
     chosen = corners[inside] if np.any(inside) else corners
     heights = int(chosen[:, :, 2].min()), int(chosen[:, :, 2].max())
-    bottom, top = _vertical_bounds(heights, settings, sizes, scene.step)
+    bottom, top = _vertical_bounds(heights, settings, scene.step)
     domain = np.array([[*low, bottom], [*high, top]], dtype=np.int64)
     thin = np.flatnonzero(domain[1] - domain[0] < sizes.min_size)
     if len(thin):
@@ -134,7 +135,7 @@ def _cuts(low: int, high: int, sizes: GridSizes) -> NDArray[np.int64]:
         if middle - cuts[-3] >= sizes.min_size and cuts[-1] - middle >= sizes.min_size:
             cuts[-2] = middle
         else:
-            cuts = cuts[:-1]  # voxels of one size: the strip at the end of the domain stays uncovered
+            cuts = cuts[:-1]  # too thin a strip to share, as with voxels: the domain ends before it
     return cuts
 
 

@@ -16,11 +16,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.buckets import FaceBuckets, gather
 from tilesnav_ref.cells.overlap import meets_box
+from tilesnav_ref.kernels import kernel
 
 VOXEL_LIMIT = 1 << 24
 """Most voxels of a flood; the resolution is made coarser to stay below. 16 MiB."""
@@ -43,7 +43,7 @@ class VoxelFlood:
     """(nx, ny, nz) BLOCKED, CLEAR or REACHED."""
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _meeting(
     corners: NDArray[np.int64], pool: NDArray[np.int64], start: int, end: int, box: NDArray[np.int64]
 ) -> int:
@@ -56,7 +56,7 @@ def _meeting(
     return new_end
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _mark_block(
     corners: NDArray[np.int64],
     candidates: NDArray[np.int64],
@@ -89,7 +89,7 @@ def _mark_block(
         top += 2
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _mark_all(
     corners: NDArray[np.int64],
     frame: tuple[NDArray[np.int64], int, NDArray[np.int64]],
@@ -113,7 +113,7 @@ def _mark_all(
                 value += 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def spread(states: NDArray[np.uint8], starts: NDArray[np.int64]) -> None:
     """Turn CLEAR into REACHED for all voxels connected to the starts (S, 3), which must be CLEAR."""
     shape = states.shape

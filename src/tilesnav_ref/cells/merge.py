@@ -12,11 +12,11 @@ wall can lie in the common side, so that the side is tested.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.buckets import FaceBuckets
 from tilesnav_ref.cells.walls import blocked_rectangles
+from tilesnav_ref.kernels import kernel
 
 
 def _sides(boxes: NDArray[np.int64], axis: int) -> NDArray[np.int64]:
@@ -26,7 +26,7 @@ def _sides(boxes: NDArray[np.int64], axis: int) -> NDArray[np.int64]:
     return sides
 
 
-@njit(cache=True)
+@kernel
 def _join_runs(boxes: NDArray[np.int64], open_side: NDArray[np.bool_], axis: int, max_size: int) -> int:
     """Join neighbours in the sorted array in place; returns the number of boxes that are left."""
     i, j = (axis + 1) % 3, (axis + 2) % 3

@@ -20,14 +20,15 @@ SIGGRAPH 1996.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from tilesnav_ref.kernels import kernel
 
 _HALF = 26
 _MASK = (1 << _HALF) - 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def sign_of_dot(normal: NDArray[np.int64], x: int, y: int, z: int) -> int:
     """Exact sign of normal . (x, y, z) for \\|normal\\| < 2**52 and \\|x\\|, \\|y\\|, \\|z\\| < 2**26 by
     component."""
@@ -39,7 +40,7 @@ def sign_of_dot(normal: NDArray[np.int64], x: int, y: int, z: int) -> int:
     return 1 if (low & _MASK) != 0 else 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def face_normal(triangle: NDArray[np.int64], normal: NDArray[np.int64]) -> None:
     """Cross product of two edges of a (3, 3) triangle, written to normal; components below 2**52."""
     for k in range(3):
@@ -49,7 +50,7 @@ def face_normal(triangle: NDArray[np.int64], normal: NDArray[np.int64]) -> None:
         ) * (triangle[2, i] - triangle[0, i])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _apart_by_bounds(triangle: NDArray[np.int64], lower: NDArray[np.int64], upper: NDArray[np.int64]) -> bool:
     for k in range(3):
         if max(triangle[0, k], triangle[1, k], triangle[2, k]) <= lower[k]:
@@ -59,7 +60,7 @@ def _apart_by_bounds(triangle: NDArray[np.int64], lower: NDArray[np.int64], uppe
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _apart_by_plane(
     triangle: NDArray[np.int64], normal: NDArray[np.int64], lower: NDArray[np.int64], upper: NDArray[np.int64]
 ) -> bool:
@@ -78,7 +79,7 @@ def _apart_by_plane(
     return bool(sign_of_dot(normal, x1, y1, z1) <= 0 or sign_of_dot(normal, x0, y0, z0) >= 0)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _apart_by_edges(
     triangle: NDArray[np.int64], lower: NDArray[np.int64], upper: NDArray[np.int64], k: int
 ) -> bool:
@@ -97,7 +98,7 @@ def _apart_by_edges(
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def meets_box(
     triangle: NDArray[np.int64], lower: NDArray[np.int64], upper: NDArray[np.int64], normal: NDArray[np.int64]
 ) -> bool:

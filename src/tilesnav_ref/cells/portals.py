@@ -11,11 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.buckets import FaceBuckets
 from tilesnav_ref.cells.walls import blocked_rectangles
+from tilesnav_ref.kernels import kernel
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Contacts:
         return Contacts(self.pairs[keep], self.rectangles[keep], self.axes[keep])
 
 
-@njit(cache=True)
+@kernel
 def _sweep(
     boxes: NDArray[np.int64],
     uppers: NDArray[np.int64],

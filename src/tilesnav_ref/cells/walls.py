@@ -11,14 +11,14 @@ the segment, which is where the triangle's plane passes, separates them weakly.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.buckets import FaceBuckets, gather
 from tilesnav_ref.cells.overlap import face_normal, sign_of_dot
+from tilesnav_ref.kernels import kernel
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _flat_meets(
     triangle: NDArray[np.int64], low: NDArray[np.int64], high: NDArray[np.int64], axis: int
 ) -> bool:
@@ -40,7 +40,7 @@ def _flat_meets(
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cut_apart(
     triangle: NDArray[np.int64], low: NDArray[np.int64], high: NDArray[np.int64], axis: int, k: int
 ) -> bool:
@@ -62,7 +62,7 @@ def _cut_apart(
     return all_below or all_above
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _line_apart(
     triangle: NDArray[np.int64],
     low: NDArray[np.int64],
@@ -84,7 +84,7 @@ def _line_apart(
     return not_above or not_below
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def meets_rectangle(
     triangle: NDArray[np.int64],
     low: NDArray[np.int64],
@@ -110,7 +110,7 @@ def meets_rectangle(
         below = below or triangle[a, axis] < low[axis]
         above = above or triangle[a, axis] > low[axis]
     if not below and not above:
-        return _flat_meets(triangle, low, high, axis)
+        return bool(_flat_meets(triangle, low, high, axis))
     touches = False
     for a in range(3):
         touches = touches or triangle[a, axis] == low[axis]
@@ -124,7 +124,7 @@ def meets_rectangle(
     return not _line_apart(triangle, low, high, normal, axis)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _blocked(
     corners: NDArray[np.int64],
     frame: tuple[NDArray[np.int64], int, NDArray[np.int64]],

@@ -12,9 +12,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from tilesnav_ref.kernels import kernel
 from tilesnav_ref.lod.model import LodSettings
 
 
@@ -42,7 +42,7 @@ def thresholds(settings: LodSettings) -> NDArray[np.float64]:
         return np.asarray(settings.reference / np.power(settings.base, steps))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def count_thresholds(level: float, limits: NDArray[np.float64]) -> int:
     """Number of leading limits (descending) that a value does not exceed."""
     code = 0

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.kernels import kernel
 from tilesnav_ref.lod.codes import check_settings, count_thresholds, thresholds
 from tilesnav_ref.lod.maximum import region_maximum
 from tilesnav_ref.lod.model import LodSettings, LodTable
@@ -23,7 +23,7 @@ Progress = Callable[[int, int], None]
 _GROUPS_A_TASK = 4096
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _object_code(
     lower: Vector,
     upper: Vector,
@@ -51,10 +51,10 @@ def _object_code(
         if count_thresholds(bound, limits) < code:
             bound = min(bound, region_maximum(lower, upper, triangles[faces[j]]))
             code = min(code, count_thresholds(bound, limits))
-    return code
+    return int(code)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _code_groups(
     boxes: tuple[Vector, Vector],
     mesh: tuple[Vector, Vector],

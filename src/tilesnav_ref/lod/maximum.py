@@ -31,9 +31,9 @@ W. Dinkelbach, "On nonlinear fractional programming", Management Science 13(7), 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from tilesnav_ref.kernels import kernel
 from tilesnav_ref.lod.nearest import Vector, dot, holds_difference, nearest_difference
 
 TOLERANCE = 1e-9
@@ -46,7 +46,7 @@ _ROUNDING = 32 * 2.0**-53
 magnitudes."""
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def unit_normal(triangle: Vector, normal: Vector) -> None:
     """Unit normal of a (3, 3) triangle, written to normal; zero for a degenerate triangle.
 
@@ -62,7 +62,7 @@ def unit_normal(triangle: Vector, normal: Vector) -> None:
         normal /= length
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _best_vertex(lower: Vector, upper: Vector, triangle: Vector, normal: Vector, r: Vector) -> float:
     """Smallest |r|^2 / (n.r) over the 24 differences of corners with n.r > 0; infinity where there is
     none."""
@@ -76,7 +76,7 @@ def _best_vertex(lower: Vector, upper: Vector, triangle: Vector, normal: Vector,
     return best
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def proven_support(lower: Vector, upper: Vector, triangle: Vector, u: Vector) -> float:
     """Lower bound of u.r over all r = p - x of a box and a triangle, rounding included."""
     near, size = 0.0, 0.0
@@ -92,7 +92,7 @@ def proven_support(lower: Vector, upper: Vector, triangle: Vector, u: Vector) ->
     return float(near - far - _ROUNDING * (size + extent))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def proven_bound(lower: Vector, upper: Vector, triangle: Vector, normal: Vector, u: Vector) -> float:
     """Upper bound of n.r / |r|^2 over D from a direction u (not zero); infinity where it proves nothing.
 
@@ -127,7 +127,7 @@ def proven_bound(lower: Vector, upper: Vector, triangle: Vector, normal: Vector,
     return float(width * (1.0 + _ROUNDING) / (2.0 * support))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def side_maximum(lower: Vector, upper: Vector, triangle: Vector, normal: Vector) -> float:
     """Bound of the largest n.r / |r|^2 over D on the side of the normal; 0 where D has no point there.
 
@@ -157,7 +157,7 @@ def side_maximum(lower: Vector, upper: Vector, triangle: Vector, normal: Vector)
     return bound
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _plain_bounds(lower: Vector, upper: Vector, triangle: Vector, normal: Vector) -> tuple[float, float]:
     """Greatest height over the plane (triangle[0] at the origin) by the square of the distance, on both
     sides."""
@@ -175,7 +175,7 @@ def _plain_bounds(lower: Vector, upper: Vector, triangle: Vector, normal: Vector
     return max(spread + height, 0.0) * scale, max(spread - height, 0.0) * scale
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def region_maximum(lower: Vector, upper: Vector, triangle: Vector) -> float:
     """Upper bound of the largest |n.r| / |r|^2 over a box and a triangle.
 
@@ -213,8 +213,8 @@ def region_maximum(lower: Vector, upper: Vector, triangle: Vector) -> float:
         above, below = below, above
     best = min(above, side_maximum(low, high, local, normal))
     if below <= best:
-        return best
-    return max(best, min(below, side_maximum(low, high, local, -normal)))
+        return float(best)
+    return float(max(best, min(below, side_maximum(low, high, local, -normal))))
 
 
 def largest_level(

@@ -17,19 +17,20 @@ and 5.2.9 (triangle and box).
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from tilesnav_ref.kernels import kernel
 
 Vector = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def dot(a: Vector, b: Vector) -> float:
     """Inner product of two (3,) vectors."""
     return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _keep_nearer(r: Vector, centre: Vector, nearest: Vector, square: float) -> float:
     """Replace nearest by r when r is nearer to the centre; returns the smaller square of the distance."""
     d = (r[0] - centre[0]) ** 2 + (r[1] - centre[1]) ** 2 + (r[2] - centre[2]) ** 2
@@ -39,7 +40,7 @@ def _keep_nearer(r: Vector, centre: Vector, nearest: Vector, square: float) -> f
     return square
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _triangle_weights(a: Vector, b: Vector, c: Vector, weights: Vector) -> None:
     """Barycentric weights of the point of a triangle that is nearest to the origin."""
     ab, ac = b - a, c - a
@@ -67,7 +68,7 @@ def _triangle_weights(a: Vector, b: Vector, c: Vector, weights: Vector) -> None:
     weights[0], weights[1], weights[2] = 1.0 - v - w, v, w
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _segment_places(d1: Vector, d2: Vector, r: Vector) -> tuple[float, float]:
     """Parameters s, t in [0, 1] of the nearest points of the segments p + s d1 and q + t d2 with r = p -
     q."""
@@ -83,7 +84,7 @@ def _segment_places(d1: Vector, d2: Vector, r: Vector) -> tuple[float, float]:
     return s, t
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _over_vertices(
     lower: Vector, upper: Vector, triangle: Vector, centre: Vector, nearest: Vector, square: float
 ) -> float:
@@ -105,7 +106,7 @@ def _over_vertices(
     return square
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _over_edges(
     lower: Vector, upper: Vector, triangle: Vector, centre: Vector, nearest: Vector, square: float
 ) -> float:
@@ -128,7 +129,7 @@ def _over_edges(
     return square
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def nearest_difference(
     lower: Vector, upper: Vector, triangle: Vector, centre: Vector, nearest: Vector
 ) -> float:
@@ -154,7 +155,7 @@ def nearest_difference(
     return float(_over_edges(lower, upper, triangle, centre, nearest, square))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _apart_along(axis: Vector, triangle: Vector, centre: Vector, middle: Vector, half: Vector) -> bool:
     """Whether the projections of the box and of the moved triangle on an axis are disjoint."""
     low, high = np.inf, -np.inf
@@ -167,7 +168,7 @@ def _apart_along(axis: Vector, triangle: Vector, centre: Vector, middle: Vector,
     return bool(low > radius or high < -radius)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def holds_difference(lower: Vector, upper: Vector, triangle: Vector, normal: Vector, centre: Vector) -> bool:
     """Whether centre belongs to D = box - triangle, up to rounding: no separating axis among the thirteen."""
     middle, half = (lower + upper) * 0.5, (upper - lower) * 0.5

@@ -11,8 +11,8 @@ optimum.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from tilesnav_ref.kernels import kernel
 from tilesnav_ref.lod.maximum import proven_bound
 from tilesnav_ref.lod.nearest import Vector, dot
 
@@ -22,7 +22,7 @@ which is less than 2**24 steps, while height and half extent of a box of two ste
 a step: 2**-25."""
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _best_pair(lower: Vector, upper: Vector, triangle: Vector, normal: Vector, best: Vector) -> float:
     """Largest |n.r| / |r|^2 of the four pairs; best (3,) receives its r."""
     value, r = 0.0, np.empty(3)
@@ -37,7 +37,7 @@ def _best_pair(lower: Vector, upper: Vector, triangle: Vector, normal: Vector, b
     return float(value)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _heights(lower: Vector, upper: Vector, triangle: Vector, normal: Vector) -> tuple[float, float]:
     """Greatest heights of the box over and under the triangle's plane; negative on a side where it is not."""
     height, spread = 0.0, 0.0
@@ -49,7 +49,7 @@ def _heights(lower: Vector, upper: Vector, triangle: Vector, normal: Vector) -> 
     return spread + height + slack, spread - height + slack
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _gap_square(lower: Vector, upper: Vector, triangle: Vector) -> float:
     """Square of the distance between a box and the bounds of a triangle, m2."""
     square = 0.0
@@ -60,7 +60,7 @@ def _gap_square(lower: Vector, upper: Vector, triangle: Vector) -> float:
     return square
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def cheap_bounds(lower: Vector, upper: Vector, triangle: Vector, normal: Vector) -> tuple[float, float]:
     """Lower and upper bound of the largest |n.r| / |r|^2.
 
@@ -87,7 +87,7 @@ def cheap_bounds(lower: Vector, upper: Vector, triangle: Vector, normal: Vector)
     return least, max(over, under) * _SAFETY / square
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def paired_bound(lower: Vector, upper: Vector, triangle: Vector, normal: Vector) -> float:
     """Upper bound from the direction that the best of four pairs points out, 1/m; infinite: no proof.
 
@@ -109,6 +109,6 @@ def paired_bound(lower: Vector, upper: Vector, triangle: Vector, normal: Vector)
         r[k] -= side[k] * (0.5 / value)  # from the centre of the ball of this value to the pair's point
     bound = proven_bound(lower, upper, triangle, side, r)
     if other <= 0.0:
-        return bound
+        return float(bound)
     square = _gap_square(lower, upper, triangle)
     return np.inf if square == 0.0 else max(bound, other * _SAFETY / square)

@@ -10,9 +10,9 @@ edge can touch is visited.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from tilesnav_ref.kernels import kernel
 from tilesnav_ref.scene.model import COORDINATE_LIMIT
 
 CUBE_BITS = 20
@@ -75,7 +75,7 @@ def _cube_shift(vertices: NDArray[np.int64]) -> int:
     return max(24 - CUBE_BITS, int(np.ceil(np.log2(max(side, 1.0)))))
 
 
-@njit(cache=True)
+@kernel
 def _strictly_inside(p, q, v):  # type: ignore[no-untyped-def]
     """Whether v lies on the open segment from p to q."""
     dx, dy, dz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
@@ -86,7 +86,7 @@ def _strictly_inside(p, q, v):  # type: ignore[no-untyped-def]
     return 0 < along < dx * dx + dy * dy + dz * dz
 
 
-@njit(cache=True)
+@kernel
 def _slab_ranges(p, q, axis, first, last):  # type: ignore[no-untyped-def]
     """Coordinates that the segment takes while its axis coordinate is in [first, last], rounded outwards.
 
@@ -109,7 +109,7 @@ def _slab_ranges(p, q, axis, first, last):  # type: ignore[no-untyped-def]
     return low, high
 
 
-@njit(cache=True)
+@kernel
 def _scan(grid, ends, low, high, write, found):  # type: ignore[no-untyped-def]
     """Count the vertices on an edge in a box of cubes; from position `write` on, also store them."""
     points, keys, order = grid
@@ -127,7 +127,7 @@ def _scan(grid, ends, low, high, write, found):  # type: ignore[no-untyped-def]
     return count
 
 
-@njit(cache=True)
+@kernel
 def _walk(grid, edges, shift, offsets, found):  # type: ignore[no-untyped-def]
     """Number of vertices inside each edge; stores them when `found` has room."""
     points = grid[0]

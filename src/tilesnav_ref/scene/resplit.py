@@ -9,8 +9,9 @@ convex, and an ear may be cut at every true corner as long as what remains has a
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from tilesnav_ref.kernels import kernel
 
 
 def resplit(
@@ -47,14 +48,14 @@ def resplit(
     return faces, np.repeat(np.arange(len(sizes)), sizes - 2)
 
 
-@njit(cache=True)
+@kernel
 def _collinear(p, q, r):  # type: ignore[no-untyped-def]
     ax, ay, az = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     bx, by, bz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
     return ax * by == ay * bx and ay * bz == az * by and az * bx == ax * bz
 
 
-@njit(cache=True)
+@kernel
 def _remainder_flat(vertices, ring, count, tip):  # type: ignore[no-untyped-def]
     """Whether the ring without its point number `tip` lies on a line."""
     a = ring[(tip + 1) % count]
@@ -65,7 +66,7 @@ def _remainder_flat(vertices, ring, count, tip):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True)
+@kernel
 def _best_ear(vertices, ring, count):  # type: ignore[no-untyped-def]
     """Position of the tip of the ear with the shortest cut, or -1."""
     best, best_length = -1, np.int64(0)
@@ -82,7 +83,7 @@ def _best_ear(vertices, ring, count):  # type: ignore[no-untyped-def]
     return best
 
 
-@njit(cache=True)
+@kernel
 def _divide_all(vertices, rings, offsets, faces):  # type: ignore[no-untyped-def]
     row = 0
     for n in range(len(offsets) - 1):

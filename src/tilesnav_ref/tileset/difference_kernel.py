@@ -10,13 +10,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from tilesnav_ref.kernels import kernel
 
 __all__ = ["count_differences", "fill_differences"]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def count_differences(
     offsets: NDArray[np.int64],
     values: NDArray[Any],
@@ -57,7 +58,7 @@ def count_differences(
     return counts
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def fill_differences(
     offsets: NDArray[np.int64],
     values: NDArray[Any],

@@ -11,9 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.geometry import Geometry
 from tilesnav_ref.visibility.occluder import DEGENERATE, PROVED, Flood, Obstacle, make_flood, prove_hidden
 from tilesnav_ref.visibility.shaft import Shaft, make_shaft, set_shaft
@@ -28,6 +28,7 @@ OUT_OF_BITS = 7
 REASONS = ("proved", "open-edge", "too-large", "even-parity", "contact", "degenerate", "budget", "resolution")
 
 CROSSING_LIMIT = 24
+RANDOM_MODULUS = 2**31 - 1
 SEEDS_TRIED = 3
 """Occluder candidates of one segment: nearest to the smaller end of the shaft first."""
 
@@ -39,8 +40,8 @@ class Workspace(NamedTuple):
     flood: Flood
     crossing: NDArray[np.int32]
     """Faces that a segment crosses."""
-    random: NDArray[np.uint64]
-    """(1,) state of the generator."""
+    random: NDArray[np.int64]
+    """(1,) state of the generator, 1 to RANDOM_MODULUS - 1."""
     cells: NDArray[np.float64]
     """(depth, 2, 3) waiting cell parts."""
     parts: NDArray[np.float64]
@@ -67,25 +68,28 @@ def make_workspace(geometry: Geometry, occluder_limit: int, depth: int) -> Works
         make_shaft(),
         make_flood(geometry, occluder_limit),
         np.zeros(CROSSING_LIMIT, np.int32),
-        np.zeros(1, np.uint64),
+        np.ones(1, np.int64),
         np.zeros((size, 2, 3)),
         np.zeros((size, 3, 3)),
         np.zeros(size, np.int64),
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def next_random(state, bound):  # type: ignore[no-untyped-def]
-    """Next integer in [0, bound), bound below 2**31 (splitmix64, Steele et al., OOPSLA 2014)."""
-    state[0] += np.uint64(0x9E3779B97F4A7C15)
-    z = state[0]
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    z ^= z >> np.uint64(31)
-    return np.int64((z >> np.uint64(33)) % np.uint64(bound))
+    """Next integer in [0, bound), bound below 2**31 (the minimal standard of Park and Miller).
+
+    Points of trial need no better generator, and its products fit int64 without wrapping.
+
+    References
+    ----------
+    S. K. Park, K. W. Miller, P. K. Stockmeyer, Response, Communications of the ACM 36 (1993).
+    """
+    state[0] = state[0] * 48271 % RANDOM_MODULUS
+    return state[0] % bound
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def inner_point(state, box):  # type: ignore[no-untyped-def]
     """A random point with integer coordinates strictly inside a box of at least 2 units a side."""
     x = box[0, 0] + 1 + next_random(state, np.int64(box[1, 0] - box[0, 0]) - 1)
@@ -94,7 +98,7 @@ def inner_point(state, box):  # type: ignore[no-untyped-def]
     return (float(x), float(y), float(z))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def trailing_zeros(part):  # type: ignore[no-untyped-def]
     """How often all coordinates of a triangle can be halved exactly, at most 16."""
     bits = np.int64(1) << 16
@@ -107,7 +111,7 @@ def trailing_zeros(part):  # type: ignore[no-untyped-def]
     return count
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def inner_point_of_face(state, part):  # type: ignore[no-untyped-def]
     """A random point in the relative interior of a triangle whose coordinates are multiples of 4; exact."""
     bits = trailing_zeros(part)
@@ -122,7 +126,7 @@ def inner_point_of_face(state, part):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def middle(box):  # type: ignore[no-untyped-def]
     """The middle of a box, rounded down to integers."""
     return (
@@ -132,7 +136,7 @@ def middle(box):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _attempt(geometry, work, obstacle, segment, near_cell):  # type: ignore[no-untyped-def]
     """Try occluders through the faces that a segment of the present shaft crosses."""
     number = crossings(geometry, segment[0], segment[1], obstacle.face, work.crossing)
@@ -146,7 +150,7 @@ def _attempt(geometry, work, obstacle, segment, near_cell):  # type: ignore[no-u
     return reason
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def box_is_hidden(geometry, work, cell, box):  # type: ignore[no-untyped-def]
     """Whether one attempt proves that no segment from the open cell reaches the closed box; both (2, 3)."""
     apart = False
@@ -164,7 +168,7 @@ def box_is_hidden(geometry, work, cell, box):  # type: ignore[no-untyped-def]
     return _attempt(geometry, work, obstacle, segment, _size(cell) < _size(box)) == PROVED
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _size(points):  # type: ignore[no-untyped-def]
     largest = 0.0
     for k in range(3):
@@ -172,7 +176,7 @@ def _size(points):  # type: ignore[no-untyped-def]
     return largest
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def decide_face(geometry, work, cell, face, budget):  # type: ignore[no-untyped-def]
     """HIDDEN, VISIBLE, or the reason why a face could not be decided from a cell (2, 3)."""
     obstacle = Obstacle(cell, face, cell)
@@ -201,7 +205,7 @@ def decide_face(geometry, work, cell, face, budget):  # type: ignore[no-untyped-
     return OUT_OF_BUDGET
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _search(geometry, work, box, part, what):  # type: ignore[no-untyped-def]
     """Whether one of some random segments of a pair of parts sees the face."""
     face, number = what
@@ -212,7 +216,7 @@ def _search(geometry, work, box, part, what):  # type: ignore[no-untyped-def]
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _push_halves(work, box, part, top):  # type: ignore[no-untyped-def]
     """Push the two halves of a pair, cut in its larger side; False when neither can be cut exactly."""
     if _size(part) > _size(box):
@@ -220,7 +224,7 @@ def _push_halves(work, box, part, top):  # type: ignore[no-untyped-def]
     return _cut_box(work, box, part, top) or _cut_part(work, box, part, top)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cut_box(work, box, part, top):  # type: ignore[no-untyped-def]
     axis = 0
     for k in range(1, 3):
@@ -236,7 +240,7 @@ def _cut_box(work, box, part, top):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cut_part(work, box, part, top):  # type: ignore[no-untyped-def]
     """Halve the longest edge; both halves must keep coordinates that are multiples of 4."""
     best, edge = -1.0, 0

@@ -11,13 +11,13 @@ orientation signs only.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.exact import difference, orientation
 from tilesnav_ref.visibility.sight import corner
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def meets_relative_interior(corners, face, target):  # type: ignore[no-untyped-def]
     """Whether a face may meet the relative interior of another; contact along the target's border is free."""
     if _boxes_apart(corners, face, target):
@@ -35,7 +35,7 @@ def meets_relative_interior(corners, face, target):  # type: ignore[no-untyped-d
     return _edges_pierce((a, b, c), (p, q, r)) or _edges_pierce((p, q, r), (a, b, c))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _boxes_apart(corners, face, target):  # type: ignore[no-untyped-def]
     for k in range(3):
         low = min(corners[face, 0, k], corners[face, 1, k], corners[face, 2, k])
@@ -47,7 +47,7 @@ def _boxes_apart(corners, face, target):  # type: ignore[no-untyped-def]
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _one_side_contact(target, face, sides):  # type: ignore[no-untyped-def]
     """A face weakly on one side meets the target's plane in nothing, a vertex or an edge."""
     on_plane = (sides[0] == 0) + (sides[1] == 0) + (sides[2] == 0)
@@ -63,7 +63,7 @@ def _one_side_contact(target, face, sides):  # type: ignore[no-untyped-def]
     return _segment_enters(target, face[0], face[1])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _projection(target):  # type: ignore[no-untyped-def]
     """Two axes whose projection keeps the target's area: those but the largest component of its normal."""
     u, v = difference(target[1], target[0]), difference(target[2], target[0])
@@ -77,14 +77,14 @@ def _projection(target):  # type: ignore[no-untyped-def]
     return 0, 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _turn(a, b, p, i, j):  # type: ignore[no-untyped-def]
     """Sign of the turn a, b, p in the projection on axes i, j; exact: differences below 2**30."""
     value = np.int64(b[i] - a[i]) * np.int64(p[j] - a[j]) - np.int64(b[j] - a[j]) * np.int64(p[i] - a[i])
     return 1 if value > 0 else (-1 if value < 0 else 0)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _segment_enters(target, p, q):  # type: ignore[no-untyped-def]
     """Whether a segment (or point) in the target's plane meets the target's relative interior.
 
@@ -103,7 +103,7 @@ def _segment_enters(target, p, q):  # type: ignore[no-untyped-def]
     return is_point or not one_side
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _coplanar_apart(corners, face, target):  # type: ignore[no-untyped-def]
     """Whether a coplanar face surely keeps off the target's relative interior: a weakly separating edge."""
     t = (corner(corners, target, 0), corner(corners, target, 1), corner(corners, target, 2))
@@ -112,7 +112,7 @@ def _coplanar_apart(corners, face, target):  # type: ignore[no-untyped-def]
     return _edge_separates(t, f, i, j) or _edge_separates(f, t, i, j)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _edge_separates(a, b, i, j):  # type: ignore[no-untyped-def]
     turn = _turn(a[0], a[1], a[2], i, j)
     for k in range(3):
@@ -127,7 +127,7 @@ def _edge_separates(a, b, i, j):  # type: ignore[no-untyped-def]
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _edges_pierce(a, b):  # type: ignore[no-untyped-def]
     """Whether an edge of triangle a meets the closed triangle b; edges in the plane of b count as meeting."""
     for k in range(3):
@@ -144,7 +144,7 @@ def _edges_pierce(a, b):  # type: ignore[no-untyped-def]
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def meets_box(corners, face, lower, upper, closed):  # type: ignore[no-untyped-def]
     """Whether a face may meet a box: its closure, or with closed=False its interior."""
     for k in range(3):

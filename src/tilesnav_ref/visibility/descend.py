@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.certify import HIDDEN, VISIBLE, box_is_hidden, decide_face
 from tilesnav_ref.visibility.sight import STACK
 
@@ -12,7 +12,7 @@ from tilesnav_ref.visibility.sight import STACK
 GROWTH = 1.0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def count_below(geometry, flags):  # type: ignore[no-untyped-def]
     """(B,) number of flagged faces below each node of the hierarchy."""
     count = np.zeros(len(geometry.box_child), np.int32)
@@ -26,13 +26,13 @@ def count_below(geometry, flags):  # type: ignore[no-untyped-def]
     return count
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _hide_below(geometry, node, alive):  # type: ignore[no-untyped-def]
     for k in range(geometry.box_first[node], geometry.box_first[node] + geometry.box_count[node]):
         alive[geometry.face_order[k]] = False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _node_is_hidden(geometry, work, cell, node):  # type: ignore[no-untyped-def]
     box = np.empty((2, 3))
     for k in range(3):
@@ -41,7 +41,7 @@ def _node_is_hidden(geometry, work, cell, node):  # type: ignore[no-untyped-def]
     return box_is_hidden(geometry, work, cell, box)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def cull(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-def]
     """Clear `alive` (F,) for faces below nodes that are hidden from the box `cell` (2, 3).
 
@@ -65,7 +65,7 @@ def cull(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-def]
             top += 2
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def decide(geometry, work, cell, found, budget):  # type: ignore[no-untyped-def]
     """Decide every face from a cell (2, 3).
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility.blocks import Block, make_blocks
-from tilesnav_ref.visibility.certify import REASONS, Budget, Workspace, make_workspace
+from tilesnav_ref.visibility.certify import RANDOM_MODULUS, REASONS, Budget, Workspace, make_workspace
 from tilesnav_ref.visibility.descend import cull, decide
 from tilesnav_ref.visibility.geometry import FineFrame, Geometry, build_geometry, fine_frame, to_fine
 from tilesnav_ref.visibility.model import PvsTable
@@ -146,7 +146,7 @@ def _see(task: _Task, work: Workspace, state: State, found: dict[int, _Seen]) ->
     """Cull the faces hidden from a block, then go on with its halves, and decide each single cell."""
     block, alive, proven = state
     alive = alive.copy()
-    work.random[0] = np.uint64(task.settings.seed * 1_000_003 + block.cells[0] * 64 + len(block.cells))
+    work.random[0] = _random_start(task.settings.seed, block)
     if not block.halves:
         cell = block.cells[0]
         found[cell] = _decide_cell(task, work, cell, alive, proven[cell])
@@ -155,6 +155,12 @@ def _see(task: _Task, work: Workspace, state: State, found: dict[int, _Seen]) ->
     cull(task.geometry, work, block.box, seen, alive)
     for half in block.halves:
         _see(task, work, (half, alive, proven), found)
+
+
+def _random_start(seed: int, block: Block) -> int:
+    """A start that depends on the block alone, not on the thread that happens to treat it."""
+    words = np.random.SeedSequence([seed, block.cells[0], len(block.cells)]).generate_state(1)
+    return 1 + int(words[0]) % (RANDOM_MODULUS - 1)
 
 
 def _decide_cell(

@@ -12,7 +12,8 @@ Discrete & Computational Geometry 18 (1997): the form of the static filter.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from tilesnav_ref.kernels import kernel
 
 Vector = tuple[float, float, float]
 
@@ -27,7 +28,7 @@ _LIMB_BITS = 31
 _LIMB_MASK = (1 << _LIMB_BITS) - 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def exact_determinant_sign(u: Vector, v: Vector, w: Vector) -> int:
     """Sign of u . (v x w) in two limbs of int64.
 
@@ -53,7 +54,7 @@ def exact_determinant_sign(u: Vector, v: Vector, w: Vector) -> int:
     return 1 if low > 0 else 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def determinant_sign(u: Vector, v: Vector, w: Vector) -> int:
     """Sign of u . (v x w), exact."""
     a, b = v[1] * w[2], v[2] * w[1]
@@ -68,16 +69,16 @@ def determinant_sign(u: Vector, v: Vector, w: Vector) -> int:
         return -1
     if permanent == 0.0:
         return 0
-    return exact_determinant_sign(u, v, w)
+    return int(exact_determinant_sign(u, v, w))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def difference(a: Vector, b: Vector) -> Vector:
     """a - b, exact."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def orientation(p: Vector, q: Vector, r: Vector, s: Vector) -> int:
     """Sign of (q - p) . ((r - p) x (s - p)): the side of the plane p, q, r on which s lies, exact.
 
@@ -86,4 +87,4 @@ def orientation(p: Vector, q: Vector, r: Vector, s: Vector) -> int:
     >>> orientation((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     1
     """
-    return determinant_sign(difference(q, p), difference(r, p), difference(s, p))
+    return int(determinant_sign(difference(q, p), difference(r, p), difference(s, p)))

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from tilesnav_ref.kernels import kernel
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility.exact import COORDINATE_BITS
 
@@ -87,7 +87,7 @@ def _edges(faces: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int3
     return ends, np.ascontiguousarray(inverse.reshape(-1, 3).astype(np.int32))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _build_boxes(face_lower, face_upper, leaf):  # type: ignore[no-untyped-def]
     """Median split on the longest axis of the centres, node children adjacent."""
     count = len(face_lower)
@@ -125,7 +125,7 @@ def _build_boxes(face_lower, face_upper, leaf):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _bound(face_lower, face_upper, faces, lower, upper):  # type: ignore[no-untyped-def]
     for k in range(3):
         lower[k], upper[k] = np.inf, -np.inf
@@ -134,7 +134,7 @@ def _bound(face_lower, face_upper, faces, lower, upper):  # type: ignore[no-unty
             upper[k] = max(upper[k], face_upper[f, k])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _longest_axis(centre, faces):  # type: ignore[no-untyped-def]
     best, axis = -1.0, 0
     for k in range(3):

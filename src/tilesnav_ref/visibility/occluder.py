@@ -16,9 +16,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.contact import meets_box, meets_relative_interior
 from tilesnav_ref.visibility.exact import orientation
 from tilesnav_ref.visibility.geometry import Geometry
@@ -84,7 +84,7 @@ class Obstacle(NamedTuple):
     """(2, 3) the target box, closed; used when face is -1."""
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def prove_hidden(geometry, work, obstacle, seed, segment, stop_at_silhouettes):  # type: ignore[no-untyped-def]
     """Try to prove by one occluder through face `seed` that no segment of the shaft reaches its target.
 
@@ -97,13 +97,12 @@ def prove_hidden(geometry, work, obstacle, seed, segment, stop_at_silhouettes): 
     if not _may_occlude(geometry, obstacle, seed):
         return CONTACT
     _add(geometry, flood, seed)
-    front = _front(geometry, seed, segment)
     while flood.used[1] > 0:
         flood.used[1] -= 1
         edge = flood.edges[flood.used[1]]
         if not flood.edge_odd[edge] or _clears(geometry, shaft, flood, edge):
             continue
-        face = _next_face(geometry, flood, obstacle, edge, (segment, front, stop_at_silhouettes))
+        face = _next_face(geometry, flood, obstacle, edge, (segment, stop_at_silhouettes))
         if face < 0:
             return OPEN_EDGE
         if flood.used[0] == len(flood.faces):
@@ -112,7 +111,7 @@ def prove_hidden(geometry, work, obstacle, seed, segment, stop_at_silhouettes): 
     return _parity(geometry, flood, segment)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _may_occlude(geometry, obstacle, face):  # type: ignore[no-untyped-def]
     if face == obstacle.face or meets_box(geometry.corners, face, obstacle.cell[0], obstacle.cell[1], False):
         return False
@@ -121,7 +120,7 @@ def _may_occlude(geometry, obstacle, face):  # type: ignore[no-untyped-def]
     return not meets_box(geometry.corners, face, obstacle.box[0], obstacle.box[1], True)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _add(geometry, flood, face):  # type: ignore[no-untyped-def]
     flood.face_mark[face] = flood.stamp[0]
     flood.faces[flood.used[0]] = face
@@ -136,7 +135,7 @@ def _add(geometry, flood, face):  # type: ignore[no-untyped-def]
         flood.used[1] += 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _clears(geometry, shaft, flood, edge):  # type: ignore[no-untyped-def]
     if flood.clear_mark[edge] == flood.stamp[0]:
         return True
@@ -147,29 +146,42 @@ def _clears(geometry, shaft, flood, edge):  # type: ignore[no-untyped-def]
     return False
 
 
-@njit(cache=True, nogil=True)
-def _front(geometry, face, segment):  # type: ignore[no-untyped-def]
-    """The side of the face's plane on which the segment starts."""
-    a = corner(geometry.corners, face, 0)
-    return orientation(a, corner(geometry.corners, face, 1), corner(geometry.corners, face, 2), segment[0])
+@kernel
+def _edge_side(geometry, face, edge, start):  # type: ignore[no-untyped-def]
+    """On which side of the plane through an edge and the start of the segment the rest of a face lies."""
+    ends = geometry.edge_ends[edge]
+    p, q = (ends[0, 0], ends[0, 1], ends[0, 2]), (ends[1, 0], ends[1, 1], ends[1, 2])
+    for k in range(3):
+        if geometry.face_edges[face, k] == edge:
+            return orientation(start, p, q, corner(geometry.corners, face, (k + 2) % 3))
+    return 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _next_face(geometry, flood, obstacle, edge, how):  # type: ignore[no-untyped-def]
-    """A face to close an odd edge with, or -1; one that faces the same way as the first is preferred."""
-    segment, front, stop_at_silhouettes = how
+    """A face to close an odd edge with, or -1.
+
+    As seen from the start of the segment, a face that continues M across the edge is preferred to one that
+    folds back (a silhouette, or the twin of a doubled face).
+    """
+    segment, stop_at_silhouettes = how
+    first, last = geometry.edge_offsets[edge], geometry.edge_offsets[edge + 1]
+    side = 0
+    for k in range(first, last):
+        if flood.face_mark[geometry.edge_faces[k]] == flood.stamp[0]:
+            side = _edge_side(geometry, geometry.edge_faces[k], edge, segment[0])
     other = -1
-    for k in range(geometry.edge_offsets[edge], geometry.edge_offsets[edge + 1]):
+    for k in range(first, last):
         face = geometry.edge_faces[k]
         if flood.face_mark[face] == flood.stamp[0] or not _may_occlude(geometry, obstacle, face):
             continue
-        if _front(geometry, face, segment) == front:
+        if _edge_side(geometry, face, edge, segment[0]) * side < 0:
             return face
         other = face
     return -1 if stop_at_silhouettes else other
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _parity(geometry, flood, segment):  # type: ignore[no-untyped-def]
     odd = False
     for i in range(flood.used[0]):

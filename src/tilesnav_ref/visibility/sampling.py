@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
-from numba import njit
 from numpy.typing import NDArray
 
+from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.certify import trailing_zeros
 from tilesnav_ref.visibility.geometry import FineFrame, Geometry
 from tilesnav_ref.visibility.sight import blocker
@@ -62,7 +62,7 @@ def random_points(random: np.random.Generator, box: NDArray[np.float64], count: 
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def confirm(geometry, points, faces, weights, proven):  # type: ignore[no-untyped-def]
     """Set `proven` for every suggested face that an exact segment from its ray's origin sees.
 

@@ -15,9 +15,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.exact import exact_determinant_sign, orientation
 
 MAX_PLANES = 12
@@ -52,7 +52,7 @@ def make_shaft() -> Shaft:
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def set_box(corners, lower, upper):  # type: ignore[no-untyped-def]
     """Write the eight corners of a box."""
     for i in range(8):
@@ -60,7 +60,7 @@ def set_box(corners, lower, upper):  # type: ignore[no-untyped-def]
             corners[i, k] = upper[k] if (i >> k) & 1 else lower[k]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def set_shaft(shaft, cell_box, target, target_count):  # type: ignore[no-untyped-def]
     """Prepare a shaft from the box (2, 3) of the cell part and the corners of the target part.
 
@@ -82,7 +82,7 @@ def set_shaft(shaft, cell_box, target, target_count):  # type: ignore[no-untyped
     shaft.counts[2] = _cell_side(shaft) if target_count == 3 else 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _add_planes(shaft, cell, target, axes):  # type: ignore[no-untyped-def]
     """Lines joining like corners of the two rectangles that support both."""
     i, j = axes
@@ -109,7 +109,7 @@ def _add_planes(shaft, cell, target, axes):  # type: ignore[no-untyped-def]
         shaft.counts[1] += 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cell_side(shaft):  # type: ignore[no-untyped-def]
     a, b, c = _row(shaft.target, 0), _row(shaft.target, 1), _row(shaft.target, 2)
     least, most = 0, 0
@@ -121,12 +121,12 @@ def _cell_side(shaft):  # type: ignore[no-untyped-def]
     return least if most <= 0 else 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _row(points, i):  # type: ignore[no-untyped-def]
     return (points[i, 0], points[i, 1], points[i, 2])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def clears_edge(shaft, p, q):  # type: ignore[no-untyped-def]
     """Whether it is sure that no segment of the shaft meets the segment p q."""
     for k in range(3):
@@ -142,12 +142,12 @@ def clears_edge(shaft, p, q):  # type: ignore[no-untyped-def]
     return _line_on_one_side(shaft, p, q)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _beyond(plane, p):  # type: ignore[no-untyped-def]
     return plane[2] * (np.int64(p[plane[0]]) - plane[4]) + plane[3] * (np.int64(p[plane[1]]) - plane[5]) >= 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _behind_target(shaft, p, q):  # type: ignore[no-untyped-def]
     a, b, c = _row(shaft.target, 0), _row(shaft.target, 1), _row(shaft.target, 2)
     side = shaft.counts[2]
@@ -160,7 +160,7 @@ def _behind_target(shaft, p, q):  # type: ignore[no-untyped-def]
 LINE_ERROR = 48.0 * 2.0**-53
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _line_on_one_side(shaft, p, q):  # type: ignore[no-untyped-def]
     """Whether orientation(p, q, c, t) has one weak sign for all corners c and t.
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.exact import orientation
 
 MISS = 0
@@ -22,13 +22,13 @@ STACK = 128
 BOX_MARGIN = 1.0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def corner(corners, face, k):  # type: ignore[no-untyped-def]
     """Corner k of a face as a tuple."""
     return (corners[face, k, 0], corners[face, k, 1], corners[face, k, 2])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def meet(corners, face, c, t):  # type: ignore[no-untyped-def]
     """How the half-open segment [c, t) meets a face: MISS, CROSS or TOUCH, exact."""
     p, q, r = corner(corners, face, 0), corner(corners, face, 1), corner(corners, face, 2)
@@ -50,7 +50,7 @@ def meet(corners, face, c, t):  # type: ignore[no-untyped-def]
     return TOUCH
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def segment_meets_box(lower, upper, c, inverse):  # type: ignore[no-untyped-def]
     """Whether the segment from c with the given inverse direction can meet a box; never a false no."""
     enter, leave = 0.0, 1.0
@@ -68,7 +68,7 @@ def segment_meets_box(lower, upper, c, inverse):  # type: ignore[no-untyped-def]
     return enter <= leave
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def inverse_direction(c, t):  # type: ignore[no-untyped-def]
     """Componentwise 1 / (t - c), 0 where the component is 0."""
     x, y, z = t[0] - c[0], t[1] - c[1], t[2] - c[2]
@@ -79,7 +79,7 @@ def inverse_direction(c, t):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def blocker(geometry, c, t, target):  # type: ignore[no-untyped-def]
     """Any face other than `target` that [c, t) meets or may meet, or -1 when it surely meets none.
 
@@ -108,7 +108,7 @@ def blocker(geometry, c, t, target):  # type: ignore[no-untyped-def]
     return -1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def crossings(geometry, c, t, target, found):  # type: ignore[no-untyped-def]
     """Faces other than `target` that the segment crosses, ordered from c to t; returns their number.
 
@@ -139,7 +139,7 @@ def crossings(geometry, c, t, target, found):  # type: ignore[no-untyped-def]
     return number
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _insert(found, where, number, face, at):  # type: ignore[no-untyped-def]
     if number == len(found):
         if at >= where[number - 1]:
@@ -155,7 +155,7 @@ def _insert(found, where, number, face, at):  # type: ignore[no-untyped-def]
     return number + 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _parameter(corners, face, c, t):  # type: ignore[no-untyped-def]
     """Approximate place of a crossing, 0 at c and 1 at t; only an order of trial depends on it."""
     ux = corners[face, 1, 0] - corners[face, 0, 0]

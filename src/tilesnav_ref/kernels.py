@@ -1,0 +1,55 @@
+"""The decorator of compiled kernels, and where their machine code is kept.
+
+Numba's file cache is keyed by the file of the decorated function alone: a kernel that calls a changed kernel
+of another file would go on with the old one. A stale proof is no proof, so the cache folder carries a digest
+of every source file of the package (scene, cells, ...) that the kernel lives in. Kernels therefore use names
+of their own package only; a test holds them to that.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba import njit
+
+logger = logging.getLogger(__name__)
+
+
+@cache
+def cache_folder(package: Path) -> Path | None:
+    """Folder for machine code of exactly the sources in `package`, or None when no folder can be written.
+
+    ``NUMBA_CACHE_DIR`` or the user's cache folder (``XDG_CACHE_HOME``, else ``~/.cache``) is its parent.
+    """
+    digest = hashlib.sha256()
+    for source in sorted(package.glob("*.py")):
+        digest.update(source.name.encode() + b"\0" + source.read_bytes() + b"\0")
+    parent = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    folder = Path(parent) / "tilesnav" / f"{package.name}-{digest.hexdigest()[:16]}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        logger.warning("kernels are compiled anew in each run: cannot write %s (%s)", folder, error)
+        return None
+    return folder
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function with numba: no Python objects, no fast-math, no global lock, cached on disk."""
+    folder = cache_folder(Path(function.__code__.co_filename).parent)
+    if folder is None:
+        return njit(nogil=True)(function)
+    config: Any = numba.config
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)  # read once, when the decorator sets the function's cache up
+    try:
+        return njit(cache=True, nogil=True)(function)
+    finally:
+        config.CACHE_DIR = before

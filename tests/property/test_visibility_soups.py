@@ -1,0 +1,118 @@
+"""Random small scenes, full of degeneracies, against visibility by definition in rational numbers."""
+
+import random
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.visibility import VisibilitySettings, compute_pvs
+from visibility_reference import half_open_meets, make_scene, point
+
+small = st.integers(0, 6)
+corner = st.tuples(small, small, small)
+triangle = st.tuples(corner, corner, corner).filter(
+    lambda t: bool(np.any(np.cross(np.subtract(t[1], t[0]), np.subtract(t[2], t[0]))))
+)
+soup = st.lists(triangle, min_size=2, max_size=9)
+CELL = np.array([[8, 2, 2], [11, 4, 4]])  # beside the soup, so that it is always empty
+SETTINGS = VisibilitySettings(rays=300, attempts=64, depth=10, leaf_segments=4, threads=1)
+
+
+def cells_of(boxes):
+    boxes = np.asarray(boxes, np.int64).reshape(-1, 2, 3)
+    none = np.zeros(0, np.int64)
+    return CellComplex(
+        boxes[:, 0], boxes[:, 1], np.zeros(len(boxes), np.uint8), np.zeros(len(boxes) + 1, np.int64),
+        none, none, np.zeros((0, 4, 3), np.int64), 0, 1.0,
+    )  # fmt: skip
+
+
+def pvs_of(triangles, box=CELL, work=SETTINGS):
+    return set(compute_pvs(make_scene(triangles), cells_of([box]), work).faces_of(0).tolist())
+
+
+def seen_faces(triangles, box, tries):
+    """Faces that some of a number of random rational segments sees, by definition."""
+    rng = random.Random(7)
+    corners = [[point(v) for v in t] for t in triangles]
+    found = set()
+    for target, own in enumerate(corners):
+        for _ in range(tries):
+            c = point(Fraction(int(lo)) + Fraction(rng.randint(1, 31), 32) * int(up - lo) for lo, up in box.T)
+            w = [rng.randint(1, 20) for _ in range(3)]
+            t = point(sum(v[k] * x for v, x in zip(own, w, strict=True)) / sum(w) for k in range(3))
+            if all(i == target or not half_open_meets(c, t, other) for i, other in enumerate(corners)):
+                found.add(target)
+                break
+    return found
+
+
+@given(soup)
+@settings(max_examples=150)
+def test_a_face_that_a_segment_sees_is_listed(triangles):
+    assert seen_faces(triangles, CELL, 12) <= pvs_of(triangles)
+
+
+@given(soup)
+@settings(max_examples=60)
+def test_no_face_is_proven_visible_and_hidden_at_once(triangles):
+    table = compute_pvs(make_scene(triangles), cells_of([CELL]), SETTINGS)
+    assert table.proven_counts[0] <= len(table.faces_of(0))
+    assert len(table.faces_of(0)) == len(set(table.faces_of(0).tolist()))
+
+
+@given(soup, st.integers(0, 8))
+@settings(max_examples=60)
+def test_what_is_proven_visible_stays_listed_without_an_occluder(triangles, which):
+    assume(which < len(triangles) and len(triangles) > 2)
+    table = compute_pvs(make_scene(triangles), cells_of([CELL]), SETTINGS)
+    proven = set(table.faces_of(0)[table.pvs_proven].tolist()) - {which}
+    rest = [t for i, t in enumerate(triangles) if i != which]
+    assert {i - (i > which) for i in proven} <= pvs_of(rest)
+
+
+@given(soup)
+@settings(max_examples=60)
+def test_what_is_proven_from_a_part_is_listed_for_the_whole(triangles):
+    part = np.array([CELL[0], [9, 3, 3]])
+    table = compute_pvs(make_scene(triangles), cells_of([part]), SETTINGS)
+    assert set(table.faces_of(0)[table.pvs_proven].tolist()) <= pvs_of(triangles)
+
+
+@given(soup, st.tuples(st.integers(-50, 50), st.integers(-50, 50), st.integers(-50, 50)))
+@settings(max_examples=30)
+def test_a_move_by_grid_steps_changes_nothing(triangles, shift):
+    moved = (np.array(triangles) + np.array(shift)).tolist()
+    assert pvs_of(triangles) == pvs_of(moved, CELL + np.array(shift))
+
+
+def test_threads_and_blocks_of_cells_share_out_the_same_work():
+    rng = np.random.default_rng(3)
+    triangles = rng.integers(0, 7, (40, 3, 3))
+    triangles = [t for t in triangles.tolist() if np.any(np.cross(np.subtract(t[1], t[0]), np.subtract(t[2], t[0])))]
+    cells = cells_of([[[8 + 2 * i, 2 * j, 0], [10 + 2 * i, 2 * j + 2, 4]] for i in range(4) for j in range(4)])
+    scene = make_scene(triangles)
+    one, two = (
+        compute_pvs(scene, cells, VisibilitySettings(rays=500, threads=threads, block_cells=4)) for threads in (1, 2)
+    )
+    assert np.array_equal(one.pvs_faces, two.pvs_faces)
+    assert np.array_equal(one.pvs_offsets, two.pvs_offsets)
+    assert np.array_equal(one.pvs_proven, two.pvs_proven)
+
+
+@pytest.mark.parametrize("block_cells", [1, 2, 16])
+def test_a_cell_in_a_block_lists_what_is_proven_for_it_alone(block_cells):
+    rng = np.random.default_rng(5)
+    triangles = [
+        t
+        for t in rng.integers(0, 7, (60, 3, 3)).tolist()
+        if np.any(np.cross(np.subtract(t[1], t[0]), np.subtract(t[2], t[0])))
+    ]
+    boxes = [[[8, 2 * j, 0], [10, 2 * j + 2, 4]] for j in range(8)]
+    together = compute_pvs(make_scene(triangles), cells_of(boxes), VisibilitySettings(block_cells=block_cells, rays=400))
+    for i, box in enumerate(boxes):
+        alone = compute_pvs(make_scene(triangles), cells_of([box]), VisibilitySettings(rays=4000))
+        assert set(alone.faces_of(0)[alone.pvs_proven].tolist()) <= set(together.faces_of(i).tolist())
