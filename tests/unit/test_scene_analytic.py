@@ -56,7 +56,7 @@ def blocks(triangle, start, end) -> bool:
             else:
                 high = min(high, Fraction(-first) / (last - first))
         return low <= high and low < 1
-    if at_end == 0 or (at_start > 0) == (at_end > 0) and at_start != 0:
+    if at_end == 0 or ((at_start > 0) == (at_end > 0) and at_start != 0):
         return False
     weight = at_start - at_end  # the point of the plane is (start * -at_end + end * at_start) / weight
     sign = 1 if weight > 0 else -1
