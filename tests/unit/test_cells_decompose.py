@@ -239,3 +239,11 @@ def test_progress_ends_at_the_number_of_tasks() -> None:
     seen: list[tuple[int, int]] = []
     decompose(make_scene(ground(0, 0, 30, 30)), SMALL, lambda done, tasks: seen.append((done, tasks)))
     assert seen[-1][0] == seen[-1][1] == len(seen)
+
+
+def test_strip_too_thin_for_a_voxel_does_not_hide_the_sky() -> None:
+    scene = make_scene(ground(0, 0, 17, 17))
+    cells = decompose(scene, dataclasses.replace(SMALL, method="voxel", voxel_size=2.0, altitude_max=8.5))
+    assert cells.count == 8 * 8 * 3
+    assert cells.upper.max(axis=0).tolist() == [256, 256, 128]
+    assert 0.7 < cells.coverage < 0.85  # the lowest layer touches the ground: 6 of 7.75 m are left

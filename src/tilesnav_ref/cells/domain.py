@@ -72,9 +72,7 @@ def _horizontal_bounds(
     return region[:2], region[2:]
 
 
-def _vertical_bounds(
-    heights: tuple[int, int], settings: CellSettings, step: float
-) -> tuple[int, int]:
+def _vertical_bounds(heights: tuple[int, int], settings: CellSettings, step: float) -> tuple[int, int]:
     lowest, highest = heights
     if settings.altitude_max is None:
         above = round(settings.max_size / step)  # also for voxels, so that methods share one domain
