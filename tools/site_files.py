@@ -25,7 +25,14 @@ PAGES: dict[str, tuple[str, ...]] = {
     "Contributing": ("CONTRIBUTING.md", "CHANGELOG.md"),
     "Decisions": ("docs/decisions/README.md", "docs/decisions/0*.md"),
 }
-OTHER_FILES = ("LICENSE", "docs/**/*.svg", "spec/**/*.svg", "spec/*.toml", "schema/*.json", "conformance/**/case.json")
+OTHER_FILES = (
+    "LICENSE",
+    "docs/**/*.svg",
+    "spec/**/*.svg",
+    "spec/*.toml",
+    "schema/*.json",
+    "conformance/cases/**/case.json",
+)
 """Files that pages refer to."""
 
 
