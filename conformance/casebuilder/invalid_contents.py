@@ -72,6 +72,14 @@ def _claim_short(gltf: Json, _parts: list[bytes]) -> None:
     gltf["accessors"][0].update(componentType=5122, normalized=True)
 
 
+def _morph(gltf: Json, _parts: list[bytes]) -> None:
+    gltf["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": 0}]
+
+
+def _hidden_mesh(gltf: Json, _parts: list[bytes]) -> None:
+    gltf["meshes"].append({"primitives": gltf["meshes"][0]["primitives"][:1]})
+
+
 GLTF: dict[str, Edits] = {
     "core/content-gltf/text-renamed": edits(glb=lambda _: b"This is no binary glTF file.\n"),
     "core/content-gltf/empty-file": edits(glb=lambda _: b""),
@@ -84,6 +92,9 @@ GLTF: dict[str, Edits] = {
     "core/content-gltf/index-out-of-range": edits(gltf=_break_index),
     "core/content-gltf/nan-position": edits(gltf=lambda g, parts: _move(g, parts, 0, math.nan)),
     "core/content-gltf/two-instances": edits(gltf=_second_node),
+    "core/content-gltf/external-buffer": edits(gltf=of_first(setting("buffers", 0, "uri", value="0.bin"))),
+    "core/content-gltf/morph-targets": edits(gltf=_morph),
+    "core/content-gltf/mesh-not-shown": edits(gltf=_hidden_mesh),
     "core/content-gltf/claims-10-gb": edits(gltf=of_first(setting("accessors", 0, "count", value=10**9))),
 }
 

@@ -12,6 +12,7 @@ from typing import Any
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 from referencing import Registry, Resource
+
 from tilesnav_validator.findings import Settings, UnreadableInputError
 from tilesnav_validator.runner import Result, judge
 
@@ -35,7 +36,9 @@ def registry() -> dict[str, dict[str, str]]:
 @cache
 def schemas() -> Schemas:
     """Schemas by file name."""
-    return {p.name: json.loads(p.read_text(encoding="utf-8")) for p in (ROOT / "schema").glob("*.schema.json")}
+    return {
+        p.name: json.loads(p.read_text(encoding="utf-8")) for p in (ROOT / "schema").glob("*.schema.json")
+    }
 
 
 def validator(all_schemas: Schemas, name: str) -> Draft202012Validator:

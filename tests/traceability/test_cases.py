@@ -30,7 +30,9 @@ def test_case_json_fits_its_schema(case: Case) -> None:
 def test_a_valid_case_passes_every_check(case: Case) -> None:
     result = verdict(case)
     assert result is not None
-    wrong = {j.requirement.id: (j.verdict, j.note, j.findings) for j in result.judgements if j.verdict == "fail"}
+    wrong = {
+        j.requirement.id: (j.verdict, j.note, j.findings) for j in result.judgements if j.verdict == "fail"
+    }
     assert wrong == {}
     assert result.valid
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from suite import NAMES_NO_REQUIREMENT, cases, registry, schemas
+
 from tilesnav_validator.checks import registered_ids
 from tilesnav_validator.registry import REGISTRY
 
@@ -76,7 +77,9 @@ def test_cases_lie_in_the_folder_of_their_requirement() -> None:
         assert case.name.rpartition("/")[0] == parent
 
 
-LIMIT = re.compile(r"\ballowance\b|\bat most\b|\b(?:less|greater) than\b|\bfrom -?\d|\bwithin \S*\d|\bdeep\b|\bminus one\b")
+LIMIT = re.compile(
+    r"\ballowance\b|\bat most\b|\b(?:less|greater) than\b|\bfrom -?\d|\bwithin \S*\d|\bdeep\b|\bminus one\b"
+)
 EXACT = {
     "lod/code-range": "codes are whole numbers, and the last code is used by most cases",
     "lod/fine-enough": "the code of the largest L is used by most cases",

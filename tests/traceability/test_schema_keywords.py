@@ -1,10 +1,11 @@
-"""Every keyword of every schema is there for a reason: a test of conformance/schema notices when it is gone."""
+"""Every keyword of every schema has a reason: a test of conformance/schema notices when it is gone."""
 
 from __future__ import annotations
 
 import copy
 import json
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -13,7 +14,9 @@ from suite import ROOT, Schemas, failed_requirements, schemas
 ANNOTATIONS = {"$schema", "$id", "$comment", "title", "description", "$defs"}
 TESTS: dict[str, list[dict[str, Any]]] = {
     value["schema"]: value["tests"]
-    for value in (json.loads(p.read_text(encoding="utf-8")) for p in (ROOT / "conformance" / "schema").glob("*.json"))
+    for value in (
+        json.loads(p.read_text(encoding="utf-8")) for p in (ROOT / "conformance" / "schema").glob("*.json")
+    )
 }
 Path = tuple[str | int, ...]
 
@@ -54,12 +57,17 @@ def expected(test: dict[str, Any]) -> set[str]:
 
 def likely_first(name: str, path: Path) -> list[tuple[str, dict[str, Any]]]:
     """Tests, those first whose description names the members on the path."""
-    members = [str(b) for a, b in zip(path, path[1:], strict=False) if a in {"properties", "required"}]
+    members = [str(b) for a, b in pairwise(path) if a in {"properties", "required"}]
     pool = [(name, t) for name in ([name] if name in TESTS else TESTS) for t in TESTS[name]]
     return sorted(pool, key=lambda one: -sum(member in one[1]["description"] for member in members))
 
 
-PLACES = [(name, path) for name, schema in schemas().items() if name != "report.schema.json" for path in keywords(schema)]
+PLACES = [
+    (name, path)
+    for name, schema in schemas().items()
+    if name != "report.schema.json"
+    for path in keywords(schema)
+]
 
 
 @pytest.mark.parametrize("name", sorted(TESTS))
@@ -70,7 +78,9 @@ def test_schemas_give_the_stated_verdicts(name: str) -> None:
     assert {t["valid"] for t in TESTS[name]} == {True, False}
 
 
-@pytest.mark.parametrize(("name", "path"), PLACES, ids=lambda v: v if isinstance(v, str) else "/".join(map(str, v)))
+@pytest.mark.parametrize(
+    ("name", "path"), PLACES, ids=lambda v: v if isinstance(v, str) else "/".join(map(str, v))
+)
 def test_a_test_notices_when_a_keyword_is_gone(name: str, path: Path) -> None:
     changed = without(schemas(), name, path)
     assert any(

@@ -1,0 +1,81 @@
+"""The text of the specification against the registry, the schemas and the cases."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from suite import CASES, ROOT, failed_requirements, registry, schemas
+
+SPEC = (ROOT / "spec" / "README.md").read_text(encoding="utf-8")
+PAGES = sorted((ROOT / "spec").glob("*.md"))
+QUOTE = re.compile(r"^> \*\*(?P<id>[a-z]+/[a-z-]+)\*\* — (?P<text>.+)$", re.MULTILINE)
+FENCE = re.compile(r"^```json(?P<verdict>[^\n]*)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
+DUMP = re.compile(r"^```hexdump (?P<file>\S+)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
+SCHEMA_OF = {
+    "entry": "tileset.3DTILES_nav.schema.json",
+    "tileset": "entry-tileset.schema.json",
+    "content": "content.3DTILES_nav.schema.json",
+    "nav": "nav.schema.json",
+    "case": "case.schema.json",
+}
+
+
+def test_quotes_are_the_texts_of_the_registry() -> None:
+    quotes = QUOTE.findall(SPEC)
+    assert len(quotes) == len({name for name, _ in quotes}), "a requirement is quoted twice"
+    assert dict(quotes) == {name: row["text"] for name, row in registry().items()}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_nothing_is_required_outside_requirement_lines(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    kept = [line for line in text.splitlines() if not QUOTE.match(line)]
+    if page.name == "annex_a.md":  # generated from the registry
+        kept = [line for line in kept if not line.startswith("> ")]
+    assert [line for line in kept if re.search(r"\b(?:SHALL|SHOULD|MUST|REQUIRED)\b", line)] == []
+
+
+def test_json_blocks_get_the_verdict_that_their_fence_states() -> None:
+    blocks = FENCE.findall(SPEC)
+    assert len(blocks) >= 5
+    for fence, body in blocks:
+        verdict, kind = fence.split()
+        assert verdict in {"valid", "invalid"}, fence
+        failed = failed_requirements(schemas(), SCHEMA_OF[kind], json.loads(body))
+        assert (verdict == "valid") == (failed == set()), (body, failed)
+
+
+def test_hex_dumps_are_the_bytes_of_committed_cases() -> None:
+    dumps = DUMP.findall(SPEC)
+    assert dumps
+    for name, body in dumps:
+        data = (CASES / name).read_bytes()
+        lines = [line for line in body.splitlines() if line and not line.startswith("#")]
+        for line in lines:
+            offset, digits = re.fullmatch(r"([0-9a-f]{6})  ((?:[0-9a-f]{2} ?)+?)(?:  .*)?", line).groups()  # type: ignore[union-attr]
+            expected = bytes.fromhex(digits)
+            start = int(offset, 16)
+            assert data[start : start + len(expected)] == expected, line
+
+
+def test_links_within_the_page_lead_somewhere() -> None:
+    text = re.sub(r"```.*?```", "", SPEC, flags=re.DOTALL)
+    headings = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
+    anchors = {re.sub(r"[^\w\- ]", "", h.lower()).replace(" ", "-") for h in headings}
+    assert set(re.findall(r"\]\(#([^)]+)\)", text)) - anchors == set()
+
+
+def test_every_table_of_a_nav_file_is_described() -> None:
+    nav = schemas()["nav.schema.json"]["properties"]
+    tables = {
+        f"{group}.{member}"
+        for group in ("cells", "portals", "pvs", "lod", "deltas")
+        for member, value in nav[group]["properties"].items()
+        if value["$ref"].endswith("bufferViewIndex")
+    }
+    described = re.findall(r"^\| `([a-z]+\.[a-zA-Z]+)` \| (?:FLOAT64|UINT32|UINT8) \|", SPEC, re.MULTILINE)
+    assert set(described) == tables
+    assert len(described) == len(tables)
