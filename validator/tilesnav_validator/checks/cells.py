@@ -15,6 +15,9 @@ from tilesnav_validator.subject import Subject
 from tilesnav_validator.tiles import EXTENSION
 
 UNIT_NORMAL = 2.0**-40
+SAME_DIRECTION = 2.0**-30
+"""Normals this near are those of one plane: within 2^13 m they part by less than half a tolerance of a 1 mm step."""
+
 FACES = ("core/face-count", "core/on-grid")
 """What must hold before the faces of the map are used."""
 
@@ -67,19 +70,33 @@ def no_redundant_plane(subject: Subject) -> Findings:
     """Every plane has a facet, and no two planes have the same."""
     cells = np.repeat(np.flatnonzero(subject.sound_cells), 6)
     plane = np.tile(np.arange(6), len(cells) // 6)
-    facets = subject.polyhedra.facet(cells, plane)
-    area = polyhedra.polygon_area(facets)
+    area = _facet_areas(subject, cells, plane)
     planes = subject.tables.planes[cells]
-    # A plane on which the whole facet of an earlier plane lies is that plane once more.
-    off = np.abs(np.einsum("kqi,kpi->kqp", facets, planes[..., :3]) + planes[:, None, :, 3]).max(axis=1)
-    repeats = ((off <= subject.tolerance) & (np.arange(6) < plane[:, None])).any(axis=1)
+    own = np.take_along_axis(planes, plane[:, None, None], axis=1)
+    turned = np.abs(planes[..., :3] - own[..., :3]).max(axis=2) <= SAME_DIRECTION
+    same = turned & (np.abs(planes[..., 3] - own[..., 3]) <= subject.tolerance)
+    repeats = (same & (np.arange(6) < plane[:, None])).any(axis=1)
     allowed = f"a facet of its own of more than {subject.step**2:.3g} m2"
     for index in np.flatnonzero((area <= subject.step**2) | repeats):
         subject.reject_cell(cells[index])
-        small = area[index] <= subject.step**2
-        measured = f"a facet of {area[index]:.3g} m2" if small else "the facet of another plane"
+        measured = "the plane of another facet" if repeats[index] else f"a facet of {area[index]:.3g} m2"
         yield Finding(f"cell {cells[index]} plane {plane[index]}", measured, allowed)
     return None if len(cells) else NO_CELL
+
+
+def _facet_areas(subject: Subject, cells: NDArray[np.int64], plane: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Areas of facets, m2; those that the tolerance of vertices may have widened are clipped without one."""
+    corners = subject.polyhedra.facet(cells, plane)
+    area = polyhedra.polygon_area(corners)
+    reach = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
+    doubtful = np.flatnonzero(area <= subject.step**2 + 8 * subject.tolerance * reach)
+    cells, plane, corners = cells[doubtful], plane[doubtful], corners[doubtful]
+    count = np.full(len(doubtful), corners.shape[1], dtype=np.int64)
+    for turn in range(1, 6):
+        corners, count = clipping.clip(corners, count, subject.tables.planes[cells, (plane + turn) % 6])
+    behind = np.arange(corners.shape[1]) >= count[:, None]
+    area[doubtful] = polyhedra.polygon_area(np.where(behind[..., None], corners[:, :1], corners))
+    return area
 
 
 @check("cell/clear-of-geometry", needs=("cell/unit-normals", *FACES))
