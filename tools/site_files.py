@@ -1,12 +1,13 @@
 """Hand the Markdown files of the repository to mkdocs where they are, under their own paths.
 
 A hook of mkdocs.yml. The site has the folders of the repository, so a relative link between two files means
-the same in both. PAGES lists the pages in the order of the menu; a pattern takes its files in the order of
-their names.
+the same in both; a file that a page links to is on the site too. PAGES lists the pages in the order of the
+menu; a pattern takes its files in the order of their names.
 """
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from mkdocs.config.defaults import MkDocsConfig
@@ -25,21 +26,23 @@ PAGES: dict[str, tuple[str, ...]] = {
     "Contributing": ("CONTRIBUTING.md", "CHANGELOG.md"),
     "Decisions": ("docs/decisions/README.md", "docs/decisions/0*.md"),
 }
-OTHER_FILES = (
-    "LICENSE",
-    "docs/**/*.svg",
-    "spec/**/*.svg",
-    "spec/*.toml",
-    "schema/*.json",
-    "conformance/cases/**/case.json",
-)
-"""Files that pages refer to."""
+FENCE_VERDICT = re.compile(r"^(```\w+) .+$", re.MULTILINE)
+"""Blocks of the specification carry the verdict they must get; mkdocs knows only the language before it."""
+LINK = re.compile(r"\]\(([^)\s#]+)")
 
 
 def found(patterns: tuple[str, ...]) -> list[str]:
     """Paths of the files that match, relative to the repository, each once."""
     paths = [path for pattern in patterns for path in sorted(ROOT.glob(pattern)) if path.is_file()]
     return list(dict.fromkeys(path.relative_to(ROOT).as_posix() for path in paths))
+
+
+def linked(page: str) -> list[str]:
+    """Files of the repository that a page links to: pictures, cases, sources."""
+    place = (ROOT / page).parent
+    links = LINK.findall((ROOT / page).read_text(encoding="utf-8"))
+    targets = [(place / link).resolve() for link in links if (place / link).is_file()]
+    return [path.relative_to(ROOT).as_posix() for path in targets if path.is_relative_to(ROOT)]
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
@@ -52,7 +55,13 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Replace the files of docs/ by those of the repository; keep what the theme brings."""
     kept = [file for file in files if not (file.abs_src_path or "").startswith(config.docs_dir)]
-    patterns = (*(pattern for patterns in PAGES.values() for pattern in patterns), *OTHER_FILES)
+    pages = [page for patterns in PAGES.values() for page in found(patterns)]
+    paths = dict.fromkeys([*pages, *(target for page in pages for target in linked(page))])
     plain = config.use_directory_urls
-    ours = [File(path, str(ROOT), config.site_dir, use_directory_urls=plain) for path in found(patterns)]
+    ours = (File(path, str(ROOT), config.site_dir, use_directory_urls=plain) for path in paths)
     return Files([*kept, *ours])
+
+
+def on_page_markdown(markdown: str, **_: object) -> str:
+    """Take the verdicts from the fences."""
+    return FENCE_VERDICT.sub(r"\1", markdown)
