@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tilesnav_ref.scene import SceneSettings, Soup, build_scene
@@ -15,7 +15,6 @@ from tilesnav_ref.scene.weld import has_area, snap, weld
 
 # few different coordinates, so that vertices meet, edges run over vertices and faces repeat
 COARSE = st.integers(-4, 4)
-UNHURRIED = settings(deadline=None)  # the first example waits for compiled kernels
 WIDE = st.integers(-(1 << 22), 1 << 22)
 
 
@@ -40,7 +39,6 @@ def area_vectors(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
-@UNHURRIED
 @given(meshes())
 def test_welding_twice_is_welding_once(mesh) -> None:
     vertices, faces = weld(*mesh)
@@ -51,7 +49,6 @@ def test_welding_twice_is_welding_once(mesh) -> None:
     assert len({tuple(v) for v in vertices.tolist()}) == len(vertices)
 
 
-@UNHURRIED
 @given(
     st.lists(st.tuples(*[st.floats(-1000, 1000)] * 3), min_size=1, max_size=20), st.tuples(WIDE, WIDE, WIDE)
 )
@@ -63,7 +60,6 @@ def test_snapping_is_within_half_a_step_and_keeps_grid_points(points, shift) -> 
     assert np.array_equal(snap(np.ldexp(exact.astype(float), -10), -10, "points"), exact)
 
 
-@UNHURRIED
 @given(meshes(planes=1))
 def test_noding_keeps_area_plane_and_orientation_exactly(mesh) -> None:
     vertices, faces = with_area(mesh)
@@ -81,7 +77,6 @@ def test_noding_keeps_area_plane_and_orientation_exactly(mesh) -> None:
     assert (np.diff(noded.source) >= 0).all()
 
 
-@UNHURRIED
 @given(meshes(planes=1))
 def test_junctions_are_those_that_every_pair_shows(mesh) -> None:
     vertices, faces = with_area(mesh)
@@ -94,7 +89,6 @@ def test_junctions_are_those_that_every_pair_shows(mesh) -> None:
     assert count_junctions(vertices, faces) == expected
 
 
-@UNHURRIED
 @given(meshes(), st.tuples(WIDE, WIDE, WIDE))
 def test_building_a_scene_commutes_with_grid_shifts(mesh, shift) -> None:
     vertices, faces = with_area(mesh)
@@ -114,7 +108,6 @@ def _face_set(corners: np.ndarray) -> Counter:
     return Counter(min(tuple(t) for t in options) for options in zip(*turns, strict=True))
 
 
-@UNHURRIED
 @given(meshes(), st.integers(1, 6), st.integers(2, 8), st.integers(1, 12))
 def test_scene_is_a_permutation_of_the_noded_faces(mesh, least, most, content) -> None:
     vertices, faces = with_area(mesh)
@@ -135,7 +128,6 @@ def test_scene_is_a_permutation_of_the_noded_faces(mesh, least, most, content) -
     assert np.bincount(scene.face_object).max() <= max(least, most)
 
 
-@UNHURRIED
 @given(st.lists(st.tuples(COARSE, COARSE), min_size=3, max_size=3), st.tuples(COARSE, COARSE, COARSE, COARSE))
 def test_triangle_meets_rectangle_as_clipping_finds(triangle, sides) -> None:
     x0, x1 = sorted(sides[:2])

@@ -16,6 +16,7 @@ MUNICH = DATA / "munich_mesh" / "munich.ply"
 
 pytestmark = [
     pytest.mark.realdata,
+    pytest.mark.jit,
     pytest.mark.skipif(not DATA.is_dir(), reason="../shared/data is not beside the checkout"),
 ]
 

@@ -16,9 +16,13 @@ from tilesnav_ref.scene.sample.settings import METRE, UNIT
 from tilesnav_ref.scene.topology import edge_keys
 from tilesnav_ref.scene.weld import has_area
 
-SMALL = [
+SETTINGS = [
     TownSettings(detail=d, sloped=s, seed=n)
     for n, (d, s) in enumerate(itertools.product(DETAILS, (False, True)))
+]
+SMALL = [
+    pytest.param(s, id=f"{s.detail}-{s.sloped}", marks=[pytest.mark.jit] if s.detail == "fine" else [])
+    for s in SETTINGS
 ]
 
 
@@ -33,7 +37,7 @@ def buildings(scene) -> dict[str, np.ndarray]:
     }
 
 
-@pytest.mark.parametrize("settings", SMALL, ids=lambda s: f"{s.detail}-{s.sloped}")
+@pytest.mark.parametrize("settings", SMALL)
 def test_buildings_are_closed_but_for_their_bottoms(settings: TownSettings) -> None:
     scene = make_town(settings)
     terrain = make_plan(settings).terrain
@@ -49,7 +53,7 @@ def test_buildings_are_closed_but_for_their_bottoms(settings: TownSettings) -> N
         assert len(np.unique(directed)) == directed.size, name  # neighbours are oriented alike
 
 
-@pytest.mark.parametrize("settings", SMALL[:1] + SMALL[4:5], ids=lambda s: s.detail)
+@pytest.mark.parametrize("settings", [SMALL[0], SMALL[4]])
 def test_buildings_are_seen_from_outside(settings: TownSettings) -> None:
     """On level ground at z = 0 the open bottoms add nothing to the volume."""
     scene = make_town(settings)
@@ -58,7 +62,7 @@ def test_buildings_are_seen_from_outside(settings: TownSettings) -> None:
         assert volume > 20, name
 
 
-@pytest.mark.parametrize("settings", SMALL, ids=lambda s: f"{s.detail}-{s.sloped}")
+@pytest.mark.parametrize("settings", SMALL)
 def test_town_is_noded_and_has_no_face_without_area(settings: TownSettings) -> None:
     scene = make_town(settings)
     assert count_junctions(scene.vertices, scene.faces.astype(np.int64)) == 0
@@ -81,6 +85,7 @@ def test_footprints_are_apart(seed: int) -> None:
         assert all(c % UNIT == 0 for c in (x0, y0, x1, y1))
 
 
+@pytest.mark.jit
 def test_sizes_are_those_of_the_training_site() -> None:
     scene = make_town(TRAINING_SITE)
     assert 60_000 <= scene.face_count <= 80_000
@@ -96,6 +101,7 @@ def test_sizes_are_those_of_the_training_site() -> None:
     assert 800 <= per_building <= 1200
 
 
+@pytest.mark.jit
 @pytest.mark.parametrize(("detail", "least", "most"), [("coarse", 40, 75), ("median", 200, 320)])
 def test_detail_sets_the_faces_of_a_building(detail: str, least: int, most: int) -> None:
     scene = make_town(TownSettings(detail=detail, width=100, depth=100))
@@ -142,7 +148,7 @@ def crosses(scene, start: np.ndarray, end: np.ndarray) -> int:
     return count
 
 
-@pytest.mark.parametrize("detail", DETAILS)
+@pytest.mark.parametrize("detail", ["coarse", pytest.param("fine", marks=pytest.mark.jit)])
 def test_arcade_can_be_flown_through_and_houses_are_blocked(detail: str) -> None:
     settings = TownSettings(detail=detail)
     scene = make_town(settings)
