@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from trimesh.exchange.ply import export_ply
 
 from tilesnav_ref.scene import Scene
 from tilesnav_ref.scene.sample import TRAINING_SITE, TownSettings, make_town
@@ -42,7 +43,6 @@ def write_sample(out: Path, settings: TownSettings) -> str:
 def ply_bytes(scene: Scene) -> bytes:
     """Binary PLY of a scene; float32 holds grid coordinates exactly."""
     metres = scene.vertices * np.float64(scene.step)
-    data: bytes = trimesh.Trimesh(metres, scene.faces, process=False).export(
-        file_type="ply", vertex_normal=False
-    )
+    mesh = trimesh.Trimesh(metres, scene.faces, process=False)
+    data: bytes = export_ply(mesh, vertex_normal=False)
     return data
