@@ -23,11 +23,11 @@ setup: $(VENV)/.installed  ## create the environment (done by every other verb)
 $(VENV)/.installed: pyproject.toml validator/pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or later is needed; this is %d.%d. Name another: make PYTHON=python3.12" % sys.version_info[:2] if sys.version_info < (3, 11) else 0)'
 	$(PYTHON) -m venv $(VENV)
-	$(PY) -m pip install --quiet --disable-pip-version-check --editable '.[dev]' --editable ./validator
+	$(PY) -m pip install -qq --disable-pip-version-check --editable '.[dev]' --editable ./validator
 	@touch $@
 
 $(VENV)/.installed-docs: $(VENV)/.installed
-	$(PY) -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
+	$(PY) -m pip install -qq --disable-pip-version-check --editable '.[docs]'
 	@touch $@
 
 demo: setup  ## sample scene -> tileset -> verdict, with a table of what was made
