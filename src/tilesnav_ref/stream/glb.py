@@ -100,7 +100,7 @@ class Glb:
                 name, f"{kind} of component type {component}", f"component type {allowed}, not sparse"
             )
         view = self.views[accessor.integer("bufferView", 0, len(self.views) - 1)]
-        view.integer("buffer", 0, 0) if view.has("buffer") else None
+        view.integer("buffer", 0, 0)
         begin = view.integer("byteOffset", 0, len(self.binary)) if view.has("byteOffset") else 0
         data = self.binary[begin : begin + view.integer("byteLength", 0, len(self.binary) - begin)]
         return _strided(owner, name, accessor, view, data)
