@@ -167,7 +167,7 @@ def test_absent_file_and_folder_are_refused(tmp_path: Path) -> None:
 def test_far_scene_is_told_its_middle(tmp_path: Path) -> None:
     path = tmp_path / "far.ply"
     path.write_bytes(BAD["far.ply"][0])
-    with pytest.raises(SceneError, match=r"--origin \(the middle is 690000,0,0 m\)"):
+    with pytest.raises(SceneError, match=r"--origin \(to the middle: 690000,0,0 m\)"):
         load_scene(path)
 
 

@@ -253,3 +253,19 @@ def test_writer_refuses_what_it_cannot_do(tmp_path: Path) -> None:
         write_mesh(scene, tmp_path / "scene.stl")
     with pytest.raises(SceneError, match="No such file"):
         write_mesh(scene, tmp_path / "absent" / "scene.ply")
+
+
+def test_projected_coordinates_keep_their_place(tmp_path: Path) -> None:
+    pyproj = pytest.importorskip("pyproj", reason="the optional package pyproj is not installed")
+    path = tmp_path / "utm.obj"
+    corners = [(691600, 5334760, 520), (691610, 5334760, 520), (691600, 5334770, 520), (691600, 5334760, 530)]
+    path.write_text("\n".join([*(f"v {x} {y} {z}" for x, y, z in corners), "f 1 2 3", "f 1 2 4"]))
+    scene, report = load_scene(path, SceneSettings(crs="EPSG:25832"))
+    assert report.notes
+    earth = scene.vertices / STEPS @ scene.tileset_from_nav[:3, :3].T + scene.tileset_from_nav[:3, 3]
+    back = pyproj.Transformer.from_crs("EPSG:4978", "EPSG:25832", always_xy=True).transform(*earth.T)
+    assert np.allclose(
+        sorted(zip(back[0], back[1], strict=True)), sorted(c[:2] for c in corners), atol=1 / STEPS
+    )
+    with pytest.raises(SceneError, match="EPSG:999999"):
+        load_scene(path, SceneSettings(crs="EPSG:999999"))

@@ -51,32 +51,32 @@ def node(vertices: NDArray[np.int64], faces: NDArray[np.int64], max_faces: int =
     -----
     No vertex is new, so every part lies in the plane of its face, the parts cover the face exactly, and
     each has area. A cut through a face may itself run over a vertex that lies inside the face; so the step
-    is repeated until no edge has a vertex on it. Every step divides areas that are multiples of half the
-    least area of a lattice triangle, so it ends.
+    is repeated until no edge has a vertex on it, for the parts alone: no other edge is new. Every step
+    divides areas that are multiples of half the least area of a lattice triangle, so it ends.
     """
-    source = np.arange(len(faces))
-    current = np.asarray(faces, np.int64)
+    finished: list[NDArray[np.int64]] = []
+    owners: list[NDArray[np.int64]] = []
+    current, owner = np.asarray(faces, np.int64), np.arange(len(faces))
     first_count = -1
     while True:
         keys = edge_keys(current)
         unique = np.unique(keys)
         edge, vertex = find_junctions(vertices, _edges(unique))
-        if first_count < 0:
-            first_count = len(edge)
-        if not len(edge):
-            return Noded(current, source, first_count)
+        first_count = len(edge) if first_count < 0 else first_count
         starts = np.searchsorted(edge, np.arange(len(unique) + 1))
         slots = np.searchsorted(unique, keys)
         touched = (np.diff(starts)[slots] > 0).any(axis=1)
-        chosen = np.flatnonzero(touched)
-        rings, offsets = _rings(current[chosen], slots[chosen], starts, vertex)
-        if len(current) + len(rings) > max_faces:
+        finished.append(current[~touched])
+        owners.append(owner[~touched])
+        if not touched.any():
+            source = np.concatenate(owners)
+            order = np.argsort(source, kind="stable")
+            return Noded(np.concatenate(finished)[order], source[order], first_count)
+        rings, offsets = _rings(current[touched], slots[touched], starts, vertex)
+        if sum(map(len, finished)) + len(rings) > max_faces:
             raise SceneError("scene", "noding", f"more than {max_faces} faces", "max_faces; or no noding")
-        parts, ring = resplit(vertices, rings, offsets)
-        merged = np.concatenate((current[~touched], parts))
-        parents = np.concatenate((np.flatnonzero(~touched), chosen[ring]))
-        order = np.argsort(parents, kind="stable")
-        current, source = merged[order], source[parents[order]]
+        current, ring = resplit(vertices, rings, offsets)
+        owner = owner[touched][ring]
 
 
 def _edges(keys: NDArray[np.int64]) -> NDArray[np.int64]:
