@@ -2,16 +2,14 @@
 
 Notes
 -----
-A box is kept when its inflation by the clearance has an interior that meets no face. Otherwise the widest
-slab at one of its sides that the faces leave free is cut off, or, when no slab of the smallest size is
-free, the box is halved along its longest axis. Only the faces that meet the inflated box go down to its
-parts, so that the lists shrink.
+A box is kept when its inflation by the clearance has an interior that meets no face. Otherwise it is cut in
+two, near its faces or in the middle, and parts with an edge below the smallest size are dropped. Only the faces
+that meet the inflated box go down to its parts, so that the lists shrink.
 
 References
 ----------
 H. Samet, "The quadtree and related hierarchical data structures", ACM Computing Surveys 16(2), 1984
-(halving);
-I. Wald, V. Havran, "On building fast kd-trees for ray tracing", 2006 (cutting off empty space).
+(halving); where else to cut: see cuts.py.
 """
 
 from __future__ import annotations
@@ -19,13 +17,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tilesnav_ref.cells.cuts import COMPARED, choose_cut
 from tilesnav_ref.cells.overlap import meets_box
 from tilesnav_ref.kernels import kernel
 
 _DEPTH = 512
-"""Room for pending boxes. Every part is thinner by the smallest size, at least one step, or by half; boxes
-of the grid reach this depth only where max_size is hundreds of times min_size, and the kernel then stops
-with an error."""
+"""Room for pending boxes, one a level. Cuts halve a box or part it near a face; only max_size hundreds of times
+min_size could need so many levels, and the kernel then stops with an error."""
 
 
 @kernel
@@ -43,10 +41,12 @@ def _select_meeting(
     span: tuple[int, int],
     box: NDArray[np.int64],
     bounds: NDArray[np.int64],
+    ranges: NDArray[np.int64],
 ) -> int:
     """Faces of pool[span] that meet the open box, written behind the span; returns their end.
 
-    ``bounds`` (2, 3) receives the bounds of these faces, clipped to the box.
+    ``bounds`` (2, 3) receives the bounds of these faces, clipped to the box; the first of ``ranges``
+    (R, 2, 3) those of each.
     """
     end = span[1]
     normal = np.empty(3, np.int64)
@@ -56,45 +56,16 @@ def _select_meeting(
         triangle = corners[pool[s]]
         if not meets_box(triangle, box[0], box[1], normal):
             continue
+        kept = end - span[1]
+        for k in range(3):
+            low = max(min(triangle[0, k], triangle[1, k], triangle[2, k]), box[0, k])
+            high = min(max(triangle[0, k], triangle[1, k], triangle[2, k]), box[1, k])
+            bounds[0, k], bounds[1, k] = min(bounds[0, k], low), max(bounds[1, k], high)
+            if kept < len(ranges):
+                ranges[kept, 0, k], ranges[kept, 1, k] = low, high
         pool[end] = pool[s]
         end += 1
-        for k in range(3):
-            low = min(triangle[0, k], triangle[1, k], triangle[2, k])
-            high = max(triangle[0, k], triangle[1, k], triangle[2, k])
-            bounds[0, k] = min(bounds[0, k], max(low, box[0, k]))
-            bounds[1, k] = max(bounds[1, k], min(high, box[1, k]))
     return end
-
-
-@kernel
-def _choose_cut(
-    lower: NDArray[np.int64],
-    upper: NDArray[np.int64],
-    bounds: NDArray[np.int64],
-    min_size: int,
-    clearance: int,
-) -> tuple[int, int]:
-    """Axis and place at which a box with faces is cut; axis -1 when it is too small to go on.
-
-    The free slab with the largest share of the box wins; without one, the middle of the longest axis.
-    """
-    axis, place, best = -1, 0, 0.0
-    for k in range(3):
-        extent = upper[k] - lower[k]
-        low_cut, high_cut = bounds[0, k] - clearance, bounds[1, k] + clearance
-        if min(low_cut, upper[k]) - lower[k] >= min_size and (low_cut - lower[k]) / extent > best:
-            axis, place, best = k, low_cut, (low_cut - lower[k]) / extent
-        if upper[k] - max(high_cut, lower[k]) >= min_size and (upper[k] - high_cut) / extent > best:
-            axis, place, best = k, high_cut, (upper[k] - high_cut) / extent
-    if axis >= 0:
-        return axis, place
-    longest = 0
-    for k in range(1, 3):
-        if upper[k] - lower[k] > upper[longest] - lower[longest]:
-            longest = k
-    if upper[longest] - lower[longest] < 2 * min_size:
-        return -1, 0
-    return longest, (lower[longest] + upper[longest]) >> 1
 
 
 @kernel
@@ -145,6 +116,7 @@ def divide_root(
     stack, spans = np.empty((_DEPTH, 2, 3), np.int64), np.empty((_DEPTH, 2), np.int64)
     stack[0], spans[0, 0], spans[0, 1] = root, 0, len(candidates)
     box, bounds = np.empty((2, 3), np.int64), np.empty((2, 3), np.int64)
+    ranges = np.empty((COMPARED, 2, 3), np.int64)
     count, top = 0, 1
     while top > 0:
         top -= 1
@@ -154,7 +126,7 @@ def divide_root(
         if 2 * end - start > len(pool):
             pool = _enlarged(pool, 2 * end - start)
         box[0], box[1] = stack[top, 0] - clearance, stack[top, 1] + clearance
-        new_end = _select_meeting(corners, pool, (start, end), box, bounds)
+        new_end = _select_meeting(corners, pool, (start, end), box, bounds, ranges)
         if new_end == end:
             if count == len(found):
                 room = np.empty((2 * count + 1, 2, 3), np.int64)
@@ -163,7 +135,8 @@ def divide_root(
             found[count] = stack[top]
             count += 1
             continue
-        cut = _choose_cut(stack[top, 0], stack[top, 1], bounds, min_size, clearance)
+        few = new_end - end if new_end - end <= COMPARED else 0
+        cut = choose_cut(stack[top], ranges[:few], bounds, sizes)
         if cut[0] >= 0:
             if top + 2 > _DEPTH:
                 return -1, found
