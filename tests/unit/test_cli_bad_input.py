@@ -12,6 +12,8 @@ import trimesh
 
 from tilesnav_ref import cli
 from tilesnav_ref.cli import main
+from tilesnav_ref.scene import load_scene
+from tilesnav_ref.scene.sample import make_town
 
 Make = Callable[[Path], list[str]]
 
@@ -72,7 +74,7 @@ BAD: dict[str, tuple[Make, int, str]] = {
     "no free space": (_wall("--clearance", "50"), 1, "no free space"),
     "info of nothing": (lambda f: ["info", str(f / "no")], 2, "readable file"),
     "info of a scene": (lambda f: ["info", write_wall(f / "scene.ply")], 2, "no JSON"),
-    "sample of a wrong ending": (lambda f: ["sample", str(f / "town.doc")], 2, "allowed: .ply"),
+    "sample of a wrong ending": (lambda f: ["sample", str(f / "town.doc")], 2, "allowed: .ply, .glb"),
     "sample exists": (lambda f: ["sample", write_wall(f / "scene.ply")], 2, "exists already"),
     "sample in nothing": (lambda f: ["sample", str(f / "no" / "town.ply")], 2, "not a folder"),
 }
@@ -151,6 +153,19 @@ def test_sample_is_the_town_exactly(tmp_path: Path, capsys: pytest.CaptureFixtur
     again = tmp_path / "again.ply"
     assert main(["sample", str(again), "--seed", "2", "--terrain"]) == 0
     assert again.read_bytes() == out.read_bytes()
+
+
+def test_sample_as_gltf_keeps_its_objects(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "town.glb"
+    assert main(["sample", str(out)]) == 0
+    scene, _ = load_scene(out)
+    town = make_town()
+    assert f"{town.object_count} objects" in capsys.readouterr().out
+    assert scene.object_count > 1
+    published, made = (
+        {frozenset(map(tuple, face)) for face in one.corners().tolist()} for one in (scene, town)
+    )
+    assert published == made
 
 
 def test_info_prints_a_table_and_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

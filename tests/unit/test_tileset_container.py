@@ -7,14 +7,14 @@ import struct
 import numpy as np
 import pytest
 
-from tilesnav_ref.tileset.container import TablePool, pack_nav_file
+from tilesnav_ref.tileset.container import TablePool, nav_file_parts
 
 
 def test_literal_bytes() -> None:
     pool = TablePool()
     assert pool.add(np.array([1, 258, 2**32 - 1]), "<u4") == 0
     assert pool.add(np.array([7, 8]), "u1") == 1
-    file = pack_nav_file(pool, {"a": 1})
+    file = b"".join(nav_file_parts(pool, {"a": 1}))
     text = (
         b'{"buffers":[{"byteLength":18}],"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":12},'
         b'{"buffer":0,"byteOffset":16,"byteLength":2}],"a":1}'
@@ -34,7 +34,7 @@ def test_empty_table_and_no_padding_where_none_is_due() -> None:
     pool = TablePool()
     pool.add(np.empty(0), "<f8")
     pool.add(np.array([1.5]), "<f8")
-    file = pack_nav_file(pool, {})
+    file = b"".join(nav_file_parts(pool, {}))
     assert pool.views == [
         {"buffer": 0, "byteOffset": 0, "byteLength": 0},
         {"buffer": 0, "byteOffset": 0, "byteLength": 8},

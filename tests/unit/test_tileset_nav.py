@@ -21,7 +21,7 @@ from tilesnav_ref.tileset.nav import CellArrays, nav_file
 
 def _file(one: NavMap, first: int, last: int) -> bytes:
     arrays = CellArrays(planes(one.cells, one.scene.step), state_digests(one.pvs, one.lod))
-    return nav_file(one, arrays, first, last)
+    return b"".join(nav_file(one, arrays, first, last))
 
 
 def _parts(file: bytes) -> tuple[dict[str, Any], bytes]:

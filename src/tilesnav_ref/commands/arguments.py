@@ -117,7 +117,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_encode(_command(commands, "encode", "make a tileset of a scene"))
     _add_info(_command(commands, "info", "print the figures of a tileset"))
-    _add_sample(_command(commands, "sample", "write the sample scene, a town, as PLY"))
+    _add_sample(_command(commands, "sample", "write the sample scene, a town"))
     return parser
 
 
@@ -142,7 +142,9 @@ def _add_info(parser: argparse.ArgumentParser) -> None:
 
 def _add_sample(parser: argparse.ArgumentParser) -> None:
     town = TownSettings()
-    parser.add_argument("out", type=Path, metavar="OUT.ply", help="file to write; it must not exist")
+    parser.add_argument(
+        "out", type=Path, metavar="OUT.ply", help="file to write, .ply or .glb; it must not exist"
+    )
     parser.add_argument(
         "--detail", choices=DETAILS, help=f"about 50, 250 or 1000 faces a building ({town.detail})"
     )

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from trimesh.exchange.gltf import export_glb
 from trimesh.exchange.ply import export_ply
 
 from tilesnav_ref.scene import Scene
@@ -19,23 +20,24 @@ SIZES = {"small": TownSettings(), "full": TRAINING_SITE}
 
 
 def write_sample(out: Path, settings: TownSettings) -> str:
-    """Write the sample town as binary PLY, in metres, and return a line that says what it is.
+    """Write the sample town, in metres, and return a line that says what it is.
 
     Raises
     ------
     OutputError
-        When the file exists already, is not named .ply, or its folder does not exist.
+        When the file exists already, has another ending, or its folder does not exist.
     """
-    if out.suffix.lower() != ".ply":
-        raise OutputError(f"{out}: found the ending {out.suffix!r}; allowed: .ply")
+    encoder = FORMATS.get(out.suffix.lower())
+    if encoder is None:
+        raise OutputError(f"{out}: found the ending {out.suffix!r}; allowed: {', '.join(FORMATS)}")
     if not out.parent.is_dir():
         raise OutputError(f"{out}: its parent {out.parent} is not a folder")
     if out.exists():
         raise OutputError(f"{out}: exists already")
     scene = make_town(settings)
     with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as folder:
-        part = Path(folder) / "part.ply"
-        part.write_bytes(ply_bytes(scene))
+        part = Path(folder) / out.name
+        part.write_bytes(encoder(scene))
         os.link(part, out)  # unlike a rename, this fails when something has appeared there
     return f"{out}: {scene.face_count} faces, {len(scene.vertices)} vertices, {scene.object_count} objects"
 
@@ -46,3 +48,19 @@ def ply_bytes(scene: Scene) -> bytes:
     mesh = trimesh.Trimesh(metres, scene.faces, process=False)
     data: bytes = export_ply(mesh, vertex_normal=False)
     return data
+
+
+def glb_bytes(scene: Scene) -> bytes:
+    """Binary glTF of a scene with a mesh for each object, which PLY cannot tell apart; exact like PLY."""
+    y_up = np.stack((scene.vertices[:, 0], scene.vertices[:, 2], -scene.vertices[:, 1]), axis=1)
+    meshes = trimesh.Scene()
+    for number, name in enumerate(scene.object_names):
+        faces = scene.faces[scene.face_object == number]
+        used, corners = np.unique(faces, return_inverse=True)
+        mesh = trimesh.Trimesh(y_up[used] * np.float64(scene.step), corners.reshape(-1, 3), process=False)
+        meshes.add_geometry(mesh, node_name=f"{number} {name}", geom_name=f"{number} {name}")
+    data: bytes = export_glb(meshes, include_normals=False)
+    return data
+
+
+FORMATS = {".ply": ply_bytes, ".glb": glb_bytes}

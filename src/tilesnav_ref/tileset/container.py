@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+Buffer = bytes | memoryview
+
 MAGIC = b"nav1"
 VERSION = 1
 ALIGNMENT = 8
@@ -21,8 +23,10 @@ class TablePool:
     """Collects tables as buffer views of one buffer, each at a multiple of 8 bytes."""
 
     def __init__(self) -> None:
-        self._chunks: list[bytes] = []
-        self._length = 0
+        self.chunks: list[Buffer] = []
+        """The buffer in parts; tables that have the type of the file already are not copied."""
+        self.length = 0
+        """Bytes of the buffer, before padding."""
         self.views: list[dict[str, int]] = []
 
     def add(self, table: NDArray[Any], dtype: str) -> int:
@@ -43,19 +47,14 @@ class TablePool:
         stored = np.ascontiguousarray(elements, dtype=dtype)
         if not np.array_equal(stored, elements):
             raise OverflowError(f"a table of the nav file has an element that does not fit {dtype}")
-        self._chunks.append(b"\0" * (-self._length % ALIGNMENT))
-        self._length += len(self._chunks[-1])
-        self.views.append({"buffer": 0, "byteOffset": self._length, "byteLength": stored.nbytes})
-        self._chunks.append(stored.tobytes())
-        self._length += stored.nbytes
+        gap = -self.length % ALIGNMENT
+        self.views.append({"buffer": 0, "byteOffset": self.length + gap, "byteLength": stored.nbytes})
+        self.chunks += [b"\0" * gap, stored.reshape(-1).view(np.uint8).data]
+        self.length += gap + stored.nbytes
         return len(self.views) - 1
 
-    def binary(self) -> bytes:
-        """The buffer, before padding."""
-        return b"".join(self._chunks)
 
-
-def pack_nav_file(pool: TablePool, members: Mapping[str, Any]) -> bytes:
+def nav_file_parts(pool: TablePool, members: Mapping[str, Any]) -> list[Buffer]:
     """Put header, JSON part and binary part together.
 
     Parameters
@@ -68,12 +67,12 @@ def pack_nav_file(pool: TablePool, members: Mapping[str, Any]) -> bytes:
 
     Returns
     -------
-    bytes
-        The nav file.
+    list of bytes or memoryview
+        The nav file, to be written one behind the other.
     """
-    binary = pool.binary()
-    document = {"buffers": [{"byteLength": len(binary)}], "bufferViews": pool.views, **members}
+    document = {"buffers": [{"byteLength": pool.length}], "bufferViews": pool.views, **members}
     text = json.dumps(document, separators=(",", ":"), allow_nan=False).encode()
     text += b" " * (-len(text) % ALIGNMENT)
-    binary += b"\0" * (-len(binary) % ALIGNMENT)
-    return struct.pack("<4sIQQ", MAGIC, VERSION, len(text), len(binary)) + text + binary
+    padding = b"\0" * (-pool.length % ALIGNMENT)
+    header = struct.pack("<4sIQQ", MAGIC, VERSION, len(text), pool.length + len(padding))
+    return [header, text, *pool.chunks, padding]

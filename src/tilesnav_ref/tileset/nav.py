@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.model import CellComplex
-from tilesnav_ref.tileset.container import COUNT_LIMIT, TablePool, pack_nav_file
+from tilesnav_ref.tileset.container import COUNT_LIMIT, Buffer, TablePool, nav_file_parts
 from tilesnav_ref.tileset.errors import EncodeError
 from tilesnav_ref.tileset.model import NavMap
 
@@ -26,8 +26,8 @@ class CellArrays:
     """(N, 32) SHA-256 of the state."""
 
 
-def nav_file(nav_map: NavMap, arrays: CellArrays, first: int, last: int) -> bytes:
-    """Write the nav file of the cells from `first` to `last` - 1.
+def nav_file(nav_map: NavMap, arrays: CellArrays, first: int, last: int) -> list[Buffer]:
+    """Make the nav file of the cells from `first` to `last` - 1, in parts to be written one behind the other.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def nav_file(nav_map: NavMap, arrays: CellArrays, first: int, last: int) -> byte
         "lod": _lod(pool, nav_map, first, last),
         "deltas": _deltas(pool, nav_map, first, last),
     }
-    return pack_nav_file(pool, members)
+    return nav_file_parts(pool, members)
 
 
 def _portals(pool: TablePool, nav_map: NavMap, first: int, last: int) -> Json:

@@ -101,7 +101,8 @@ def _write_sectors(
     for number, first in enumerate(range(0, nav_map.cells.count, settings.cells_per_sector)):
         last = min(first + settings.cells_per_sector, nav_map.cells.count)
         uri = f"nav/{number}.nav"
-        (folder / uri).write_bytes(nav_file(nav_map, arrays, first, last))
+        with (folder / uri).open("wb") as file:
+            file.writelines(nav_file(nav_map, arrays, first, last))
         sectors.append(Sector(uri, first, last))
     log.info("wrote %d nav files", len(sectors))
     return sectors
