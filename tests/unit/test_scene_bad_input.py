@@ -136,6 +136,7 @@ BAD = {
         "int",
     ),
     "text.gltf": (b"{", "JSON", "Expecting"),
+    "members.glb": (glb({"asset": ASSET, "buffers": {}}), "buffers", "dict"),
     "mesh.xyz": (b"0 0 0\n", "name", ".xyz"),
 }
 
@@ -260,3 +261,24 @@ def test_damaged_files_give_a_scene_or_a_scene_error(tmp_path: Path, suffix: str
             accepted += scene.face_count > 0
     assert refused + accepted == 60
     assert refused > 20
+
+
+def test_stl_of_more_faces_than_allowed_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "box.stl"
+    path.write_bytes(trimesh.creation.box().export(file_type="stl"))
+    with pytest.raises(SceneError, match="12 faces; allowed: at most 11"):
+        load_scene(path, SceneSettings(max_faces=11))
+
+
+def test_face_of_obj_that_goes_on_in_the_next_line_is_checked(tmp_path: Path) -> None:
+    path = tmp_path / "long.obj"
+    path.write_bytes(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 7 \\\n3\n")
+    with pytest.raises(SceneError, match="line 4"):
+        load_scene(path)
+
+
+def test_text_stl_in_another_encoding_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "named.stl"
+    text = trimesh.exchange.stl.export_stl_ascii(trimesh.creation.box())
+    path.write_bytes(text.replace("solid", "solid h\xe4user", 1).encode("latin-1"))
+    assert load_scene(path)[0].face_count == 12

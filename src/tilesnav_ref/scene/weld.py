@@ -103,7 +103,7 @@ def check_limit(vertices: NDArray[np.int64], exponent: int, source: str) -> None
         source,
         f"vertex at ({where}) m",
         f"{len(bad)} of {len(vertices)} vertices at 2^23 grid steps or more from the origin",
-        f"less than {COORDINATE_LIMIT * step:g} m from it: move it with --origin (to the middle: {middle} m), "
+        f"below {COORDINATE_LIMIT * step:g} m from it: move it with --origin (to the middle: {middle} m), "
         "crop with --region, check --units, or take a coarser --grid",
     )
 

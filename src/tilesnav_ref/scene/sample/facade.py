@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 
 from tilesnav_ref.scene.sample.canvas import Canvas, Point, Terrain
@@ -12,8 +12,6 @@ RECESS = 2 * UNIT
 """Depth of a window or door in the wall, 1/8 m."""
 FRAME = UNIT
 """Width and further depth of a window frame, 1/16 m."""
-GROUND_ROW = 0
-"""The lowest row of cells of a wall stands on the ground and follows it."""
 
 
 @dataclass(frozen=True)
@@ -65,14 +63,9 @@ class _Pen:
     canvas: Canvas
     terrain: Terrain
     wall: Wall
-    columns: tuple[int, ...] = field(default=())
-
-    def at(self, u: int, depth: int, row: int) -> Point:
-        """The point u along the wall and depth into it, on a row line; row line 0 is the ground."""
-        return self.to(u, depth, None if row == GROUND_ROW else self.wall.rows[row - 1])
 
     def to(self, u: int, depth: int, z: int | None) -> Point:
-        """The same at a height, None for the ground."""
+        """The point u along the wall, depth into it and at height z, None for the ground."""
         (x, y), (dx, dy) = self.wall.origin, self.wall.direction
         depth += self.wall.inset
         x, y = x + dx * u - dy * depth, y + dy * u + dx * depth
@@ -88,7 +81,7 @@ def draw_wall(canvas: Canvas, terrain: Terrain, wall: Wall) -> None:
     """Draw a wall and the reveals and panes of its openings."""
     ends = {wall.setback, wall.length - wall.setback}
     columns = tuple(sorted(ends | {u for o in wall.openings for u in (o.start, o.end)}))
-    pen = _Pen(canvas, terrain, wall, columns)
+    pen = _Pen(canvas, terrain, wall)
     levels: tuple[int | None, ...] = (None, *wall.rows)
     for start, end in pairwise(columns):
         for row in range(len(wall.rows)):
