@@ -30,6 +30,12 @@ _MARKS = 2**25
 _SAME = 4
 """Candidates for the same cell and face that are kept of a chunk; the first may graze an edge."""
 
+_SHARED = 16
+"""Aimed rays that share a target: choosing one costs more than casting a ray."""
+
+_DRAWS = 4
+"""Times that a listed target is drawn again."""
+
 
 @dataclass(frozen=True)
 class Chunk:
@@ -109,6 +115,7 @@ class Caster:
         self._mesh = TriangleMesh(self._embree, self.triangles) if len(grid) else None
         if self._mesh is not None:  # the first query builds the tree: not while threads wait for it
             self._first_hits(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
+        self.corner_of, self.around = _incidence(grid)
         normals = shapes.planes[..., :3]
         self.is_box = (np.abs(normals).max(axis=2) == 1).all(axis=1)
         self.low = (shapes.low - self.centre).astype(np.float32)
@@ -128,7 +135,7 @@ class Caster:
         marks = self._marks(chunk.cells)
         origins = self._origins(random, chunk, rows)
         if chunk.aimed:
-            directions = self._targets(random, marks, rows) - origins
+            directions = self._targets(random, chunk, marks) - origins
         else:
             directions = _directions(random, len(rows))
         hits = self._first_hits(origins, directions)
@@ -175,19 +182,43 @@ class Caster:
         weights = np.diff(np.sort(random.random((count, 3)), axis=1), axis=1, prepend=0.0)
         return np.asarray(apex + np.einsum("ke,kei->ki", weights, edges[pick]), dtype=np.float32)
 
-    def _targets(self, random: np.random.Generator, marks: NDArray[np.bool_], rows: IntArray) -> Float32Array:
-        """Uniform positions on faces that are not listed, as far as two draws find such."""
-        face = random.integers(len(self.triangles), size=len(rows), dtype=np.int32)
-        again = np.flatnonzero(marks[rows, face])
-        face[again] = random.integers(len(self.triangles), size=len(again), dtype=np.int32)
+    def _targets(self, random: np.random.Generator, chunk: Chunk, marks: NDArray[np.bool_]) -> Float32Array:
+        """A position on a face to aim each ray at; a few rays in a row, from other positions, share one."""
+        per_row = -(-chunk.counts // _SHARED)
+        rows = np.repeat(np.arange(len(per_row)), per_row)
+        target = self._neighbours(random, chunk.cells[rows])
+        for _ in range(_DRAWS):
+            again = np.flatnonzero(marks[rows, target])
+            target[again] = random.integers(len(self.triangles), size=len(again), dtype=np.int64)
         share = random.random((len(rows), 2), dtype=np.float32)
         over = share.sum(axis=1) > 1
         share[over] = 1 - share[over]
-        corners = self.triangles[face]
+        corners = self.triangles[target]
         base = corners[:, 0]
-        return np.asarray(
-            base + share[:, :1] * (corners[:, 1] - base) + share[:, 1:] * (corners[:, 2] - base)
-        )
+        points = base + share[:, :1] * (corners[:, 1] - base) + share[:, 1:] * (corners[:, 2] - base)
+        uses = np.full(len(rows), _SHARED)
+        uses[np.cumsum(per_row) - 1] = chunk.counts - _SHARED * (per_row - 1)
+        return np.repeat(points, uses, axis=0)
+
+    def _neighbours(self, random: np.random.Generator, cells: IntArray) -> IntArray:
+        """For each cell a triangle that shares a corner with a listed one; any where nothing is listed.
+
+        What a faulty encoder misses is seldom far from what it has found.
+        """
+        start, count = self.listed.offsets[cells], np.diff(self.listed.offsets)[cells]
+        some = count > 0
+        pick = start[some] + (random.random(int(some.sum())) * count[some]).astype(np.int64)
+        primitive = np.searchsorted(self.face_of_primitive, self.listed.values[pick])
+        primitive = np.minimum(
+            primitive, len(self.triangles) - 1
+        )  # a degenerate face stands for the next one
+        corner = self.corner_of[primitive, random.integers(3, size=len(primitive))]
+        first, last = self.around.offsets[corner], self.around.offsets[corner + 1]
+        result = random.integers(len(self.triangles), size=len(cells), dtype=np.int64)
+        result[some] = self.around.values[
+            first + (random.random(len(corner)) * (last - first)).astype(np.int64)
+        ]
+        return result
 
     def _candidates(
         self,
@@ -207,6 +238,17 @@ class Caster:
                 c = origin.astype(np.float64) + self.centre
                 face = int(self.face_of_primitive[hit])
                 yield Candidate(int(chunk.cells[row]), face, c, direction.astype(np.float64))
+
+
+def _incidence(grid: IntArray) -> tuple[IntArray, Ragged]:
+    """Numbers of the corners of each triangle, shape (f, 3), and the triangles around each corner."""
+    limit = 2**23
+    x, y, z = (grid.reshape(-1, 3) + limit).T
+    _, first = np.unique((x << 24) | y, return_inverse=True)  # two keys, as three times 24 bits do not fit 64
+    _, corner = np.unique((first.astype(np.int64) << 24) | z, return_inverse=True)
+    order = np.argsort(corner, kind="stable")
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(corner))]).astype(np.int64)
+    return corner.astype(np.int64).reshape(-1, 3), Ragged(offsets, order // 3)
 
 
 def _directions(random: np.random.Generator, count: int) -> Float32Array:

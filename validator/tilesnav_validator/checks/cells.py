@@ -16,7 +16,7 @@ from tilesnav_validator.tiles import EXTENSION
 
 UNIT_NORMAL = 2.0**-40
 SAME_DIRECTION = 2.0**-30
-"""Normals this near are those of one plane: within 2^13 m they part by less than half a tolerance of a 1 mm step."""
+"""Normals this near are those of one plane: at 2^13 m they part by half a tolerance of a 1 mm step."""
 
 FACES = ("core/face-count", "core/on-grid")
 """What must hold before the faces of the map are used."""
