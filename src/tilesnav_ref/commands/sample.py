@@ -5,11 +5,10 @@ from __future__ import annotations
 import os
 import tempfile
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import trimesh
-from trimesh.exchange.gltf import export_glb
-from trimesh.exchange.ply import export_ply
 
 from tilesnav_ref.scene import Scene
 from tilesnav_ref.scene.sample import TRAINING_SITE, TownSettings, make_town
@@ -46,8 +45,7 @@ def ply_bytes(scene: Scene) -> bytes:
     """Binary PLY of a scene; float32 holds grid coordinates exactly."""
     metres = scene.vertices * np.float64(scene.step)
     mesh = trimesh.Trimesh(metres, scene.faces, process=False)
-    data: bytes = export_ply(mesh, vertex_normal=False)
-    return data
+    return cast(bytes, mesh.export(file_type="ply", vertex_normal=False))
 
 
 def glb_bytes(scene: Scene) -> bytes:
@@ -59,8 +57,8 @@ def glb_bytes(scene: Scene) -> bytes:
         used, corners = np.unique(faces, return_inverse=True)
         mesh = trimesh.Trimesh(y_up[used] * np.float64(scene.step), corners.reshape(-1, 3), process=False)
         meshes.add_geometry(mesh, node_name=f"{number} {name}", geom_name=f"{number} {name}")
-    data: bytes = export_glb(meshes, include_normals=False)
-    return data
+    data = meshes.export(file_type="glb", include_normals=False)  # type: ignore[no-untyped-call, unused-ignore]
+    return cast(bytes, data)
 
 
 FORMATS = {".ply": ply_bytes, ".glb": glb_bytes}
