@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from visibility_reference import half_open_meets, make_scene, point
+
 from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.visibility import VisibilitySettings, compute_pvs
-from visibility_reference import half_open_meets, make_scene, point
 
 small = st.integers(0, 6)
 corner = st.tuples(small, small, small)
@@ -19,6 +20,12 @@ triangle = st.tuples(corner, corner, corner).filter(
 soup = st.lists(triangle, min_size=2, max_size=9)
 CELL = np.array([[8, 2, 2], [11, 4, 4]])  # beside the soup, so that it is always empty
 SETTINGS = VisibilitySettings(rays=300, attempts=64, depth=10, leaf_segments=4, threads=1)
+
+
+def random_triangles(rng, count):
+    found = rng.integers(0, 7, (count, 3, 3))
+    areas = np.cross(found[:, 1] - found[:, 0], found[:, 2] - found[:, 0])
+    return found[np.any(areas, axis=1)].tolist()
 
 
 def cells_of(boxes):
@@ -91,12 +98,12 @@ def test_a_move_by_grid_steps_changes_nothing(triangles, shift):
 
 def test_threads_and_blocks_of_cells_share_out_the_same_work():
     rng = np.random.default_rng(3)
-    triangles = rng.integers(0, 7, (40, 3, 3))
-    triangles = [t for t in triangles.tolist() if np.any(np.cross(np.subtract(t[1], t[0]), np.subtract(t[2], t[0])))]
-    cells = cells_of([[[8 + 2 * i, 2 * j, 0], [10 + 2 * i, 2 * j + 2, 4]] for i in range(4) for j in range(4)])
-    scene = make_scene(triangles)
+    scene = make_scene(random_triangles(rng, 40))
+    corners = [(8 + 2 * i, 2 * j) for i in range(4) for j in range(4)]
+    cells = cells_of([[[x, y, 0], [x + 2, y + 2, 4]] for x, y in corners])
     one, two = (
-        compute_pvs(scene, cells, VisibilitySettings(rays=500, threads=threads, block_cells=4)) for threads in (1, 2)
+        compute_pvs(scene, cells, VisibilitySettings(rays=500, threads=threads, block_cells=4))
+        for threads in (1, 2)
     )
     assert np.array_equal(one.pvs_faces, two.pvs_faces)
     assert np.array_equal(one.pvs_offsets, two.pvs_offsets)
@@ -106,13 +113,9 @@ def test_threads_and_blocks_of_cells_share_out_the_same_work():
 @pytest.mark.parametrize("block_cells", [1, 2, 16])
 def test_a_cell_in_a_block_lists_what_is_proven_for_it_alone(block_cells):
     rng = np.random.default_rng(5)
-    triangles = [
-        t
-        for t in rng.integers(0, 7, (60, 3, 3)).tolist()
-        if np.any(np.cross(np.subtract(t[1], t[0]), np.subtract(t[2], t[0])))
-    ]
+    scene = make_scene(random_triangles(rng, 60))
     boxes = [[[8, 2 * j, 0], [10, 2 * j + 2, 4]] for j in range(8)]
-    together = compute_pvs(make_scene(triangles), cells_of(boxes), VisibilitySettings(block_cells=block_cells, rays=400))
+    together = compute_pvs(scene, cells_of(boxes), VisibilitySettings(block_cells=block_cells, rays=400))
     for i, box in enumerate(boxes):
-        alone = compute_pvs(make_scene(triangles), cells_of([box]), VisibilitySettings(rays=4000))
+        alone = compute_pvs(scene, cells_of([box]), VisibilitySettings(rays=4000))
         assert set(alone.faces_of(0)[alone.pvs_proven].tolist()) <= set(together.faces_of(i).tolist())

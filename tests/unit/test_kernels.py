@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numba
 import pytest
+
 import tilesnav_ref
 from tilesnav_ref import kernels
 

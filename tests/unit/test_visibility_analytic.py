@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.scene.analytic import SCENES
 from tilesnav_ref.visibility import VisibilitySettings, compute_pvs

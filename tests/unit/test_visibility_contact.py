@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tilesnav_ref.visibility.contact import meets_box, meets_relative_interior
 from visibility_reference import cross, dot, half_open_meets, in_triangle, minus, point
+
+from tilesnav_ref.visibility.contact import meets_box, meets_relative_interior
 
 small = st.integers(0, 4)
 corner = st.tuples(small, small, small)

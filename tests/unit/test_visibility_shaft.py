@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from tilesnav_ref.visibility.shaft import clears_edge, make_shaft, set_shaft
 
 UNIT = 960  # divisible by the denominators below, so that the constructed points are integers
@@ -37,19 +38,23 @@ def as_units(p):
     return tuple(float(x) for x in scaled) if all(x.denominator == 1 for x in scaled) else None
 
 
-@given(
-    corner, st.tuples(side, side, side), st.tuples(corner, corner, corner), st.tuples(weight, weight, weight),
-    st.sampled_from([(1, 1, 2), (2, 1, 1), (1, 2, 1), (2, 3, 5), (1, 1, 8)]), st.integers(0, 3), corner, weight, weight,
-)  # fmt: skip
+shafts = st.tuples(corner, st.tuples(side, side, side), st.tuples(corner, corner, corner))
+barycentric = st.sampled_from([(1, 1, 2), (2, 1, 1), (1, 2, 1), (2, 3, 5), (1, 1, 8)])
+ends = st.tuples(st.tuples(weight, weight, weight), barycentric, st.integers(0, 3))
+
+
+@given(shafts, ends, corner, st.tuples(weight, weight))
 @settings(max_examples=800)
-def test_an_edge_through_a_segment_of_the_shaft_is_never_clear(low, size, target, w, v, s, along, before, after):
+def test_an_edge_through_a_segment_of_the_shaft_is_never_clear(shape, segment, along, reach):
+    low, size, target = shape
+    w, v, s = segment
     u = np.cross(np.subtract(target[1], target[0]), np.subtract(target[2], target[0]))
     if not np.any(u) or along == (0, 0, 0):
         return
     c, t = inside_box(low, size, w), inside(target, v)
     x = [a + Fraction(s, 4) * (b - a) for a, b in zip(c, t, strict=True)]  # on [c, t)
-    p = as_units([a - before * d for a, d in zip(x, along, strict=True)])
-    q = as_units([a + after * d for a, d in zip(x, along, strict=True)])
+    p = as_units([a - reach[0] * d for a, d in zip(x, along, strict=True)])
+    q = as_units([a + reach[1] * d for a, d in zip(x, along, strict=True)])
     if p is None or q is None:
         return
     assert not clears_edge(shaft_of(low, size, target), p, q)

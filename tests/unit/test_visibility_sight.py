@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from visibility_reference import half_open_meets, make_scene, point, sees
+
 from tilesnav_ref.visibility.geometry import FineFrame, build_geometry, fine_frame
 from tilesnav_ref.visibility.sight import CROSS, MISS, TOUCH, blocker, crossings, meet
-from visibility_reference import half_open_meets, make_scene, point, sees
 
 small = st.integers(0, 5)
 corner = st.tuples(small, small, small)

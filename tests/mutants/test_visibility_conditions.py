@@ -1,0 +1,101 @@
+"""Each condition of the parity theorem, removed from a copy of the sources: a probe must become unsound."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import tilesnav_ref
+
+PACKAGE = Path(tilesnav_ref.__file__).parent
+PROBES = Path(__file__).parent / "visibility_probes.py"
+
+MUTANTS = {
+    "edges of the occluder clear the shaft": (
+        "visibility/occluder.py",
+        "if not flood.edge_odd[edge] or _clears(geometry, shaft, flood, edge):",
+        "if True:",
+        "wall_with_a_gap",
+    ),
+    "one weak sign at all corners of the shaft": (
+        "visibility/shaft.py",
+        "            if least < 0 and most > 0:\n                return False\n    return True",
+        "    return True",
+        "wall_with_a_gap",
+    ),
+    "the occluder keeps off the target face": (
+        "visibility/occluder.py",
+        "return not meets_relative_interior(geometry.corners, face, obstacle.face)",
+        "return True",
+        "wall_that_pierces",
+    ),
+    "the occluder keeps off the target box": (
+        "visibility/occluder.py",
+        "return not meets_box(geometry.corners, face, obstacle.box[0], obstacle.box[1], True)",
+        "return True",
+        "box_behind_a_wall_it_touches",
+    ),
+    "the occluder keeps off the cell": (
+        "visibility/occluder.py",
+        "meets_box(geometry.corners, face, obstacle.cell[0], obstacle.cell[1], False)",
+        "False",
+        "wall_between_two_cells",
+    ),
+    "the segment is in general position": (
+        "visibility/occluder.py",
+        "        elif how != MISS:\n            return DEGENERATE\n",
+        "",
+        "closed_solid_through_its_edge",
+    ),
+    "a ray only suggests": (
+        "visibility/sampling.py",
+        "        if blocker(geometry, c, t, face) < 0:\n            proven[face] = True",
+        "        proven[face] = True",
+        "suggestion_behind_a_wall",
+    ),
+}
+
+
+def ask(folder: Path) -> dict[str, bool]:
+    """Answers of the probes to the package in a folder, without compilation."""
+    environment = {**os.environ, "PYTHONPATH": str(folder), "NUMBA_DISABLE_JIT": "1"}
+    run = subprocess.run(
+        [sys.executable, str(PROBES)],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    )
+    answers: dict[str, bool] = json.loads(run.stdout)
+    return answers
+
+
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sources")
+    shutil.copytree(PACKAGE, folder / "tilesnav_ref", ignore=shutil.ignore_patterns("__pycache__"))
+    return folder
+
+
+def test_the_sources_answer_every_probe_soundly(sources):
+    answers = ask(sources)
+    assert answers
+    assert all(answers.values()), answers
+
+
+@pytest.mark.parametrize("condition", MUTANTS)
+def test_without_the_condition_a_probe_becomes_unsound(condition, sources):
+    name, text, changed, probe = MUTANTS[condition]
+    path = sources / "tilesnav_ref" / name
+    original = path.read_text()
+    assert original.count(text) == 1, f"the text of the condition has moved: {condition}"
+    path.write_text(original.replace(text, changed))
+    try:
+        assert ask(sources)[probe] is False
+    finally:
+        path.write_text(original)

@@ -1,0 +1,122 @@
+"""Small questions to the visibility kernels, each of which one condition of the theorem decides; prints JSON.
+
+Run as a program so that a changed copy of the package can be asked.
+"""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+
+from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.scene.model import Scene
+from tilesnav_ref.visibility import VisibilitySettings, compute_pvs
+from tilesnav_ref.visibility.certify import make_workspace
+from tilesnav_ref.visibility.geometry import FineFrame, build_geometry
+from tilesnav_ref.visibility.occluder import PROVED, Obstacle, prove_hidden
+from tilesnav_ref.visibility.sampling import confirm
+from tilesnav_ref.visibility.shaft import set_shaft
+
+UNIT = 1024
+FRAME = FineFrame(np.zeros(3, np.int64), UNIT)
+
+
+def scene_of(triangles: list[list[tuple[int, int, int]]]) -> Scene:
+    corners = np.asarray(triangles, np.int64).reshape(-1, 3)
+    vertices, inverse = np.unique(corners, axis=0, return_inverse=True)
+    faces = inverse.reshape(-1, 3).astype(np.int32)
+    return Scene(vertices, faces, np.zeros(len(faces), np.int32), np.zeros(1, np.int32), ("probe",))
+
+
+def listed(triangles: list[list[tuple[int, int, int]]], boxes: list[list[list[int]]]) -> list[list[int]]:
+    """Faces listed for each box with hardly any rays, so that certificates do the work."""
+    cells = np.asarray(boxes, np.int64)
+    none = np.zeros(0, np.int64)
+    complex_ = CellComplex(
+        cells[:, 0], cells[:, 1], np.zeros(len(cells), np.uint8), np.zeros(len(cells) + 1, np.int64),
+        none, none, np.zeros((0, 4, 3), np.int64), 0, 1.0,
+    )  # fmt: skip
+    work = VisibilitySettings(rays=1, attempts=8, depth=4, leaf_segments=0, threads=1)
+    table = compute_pvs(scene_of(triangles), complex_, work)
+    return [table.faces_of(i).tolist() for i in range(len(boxes))]
+
+
+CELL = [[0, -4, -4], [8, 4, 4]]
+
+
+def wall_with_a_gap() -> bool:
+    """A wall that leaves a thin strip of the target free: the target is visible."""
+    wall = [[(20, -90, -90), (20, 90, -90), (20, 0, 12)], [(20, -200, -90), (20, -199, -90), (20, -200, -89)]]
+    target = [[(40, -30, -40), (40, 30, -40), (40, 0, 36)]]
+    return 2 in listed(wall + target, [CELL])[0]
+
+
+def wall_that_pierces() -> bool:
+    """A huge wall that the target sticks through: its front part is visible."""
+    wall = [[(20, -900, -900), (20, 900, -900), (20, 0, 900)]]
+    target = [[(18, 0, 0), (90, -40, -40), (90, 40, 40)]]
+    return 1 in listed(wall + target, [CELL])[0]
+
+
+def wall_between_two_cells() -> bool:
+    """A wall inside the block of two cells hides nothing from the second cell."""
+    wall = [[(20, -900, -900), (20, 900, -900), (20, 0, 900)]]
+    targets = [[(90, -9 + i, -9), (90, -8 + i, -9), (90, -9 + i, -8)] for i in range(12)]
+    cells = [[[22, -4, -4], [30, 4, 4]]] + [[[10 * i - 60, -4, -4], [10 * i - 52, 4, 4]] for i in range(7)]
+    return set(range(1, 13)) <= set(listed(wall + targets, cells)[0])
+
+
+def closed_solid_through_its_edge() -> bool:
+    """A segment that enters a tetrahedron by a face and leaves by an edge has crossed nothing odd."""
+    a, b, c, d = (20, -9, -9), (20, 9, -9), (20, 0, 9), (30, 0, 0)
+    solid = [[a, b, c], [a, b, d], [b, c, d], [c, a, d]]
+    target = [[(60, -9, -9), (60, 9, -9), (60, 0, 9)]]
+    geometry = build_geometry(scene_of(solid + target), FRAME)
+    work = make_workspace(geometry, 16, 4)
+    cell = np.array(CELL, float) * UNIT
+    set_shaft(work.shaft, cell, geometry.corners[4], 3)
+    on_edge = np.array([25.0, 0.0, 4.5]) * UNIT  # the middle of edge c d
+    inside_front = np.array([20.0, 0.0, 4.0]) * UNIT
+    start, end = inside_front - 2 * (on_edge - inside_front), inside_front + 7 * (on_edge - inside_front)
+    flat = np.zeros((2, 3))
+    segment = (tuple(start.tolist()), tuple(end.tolist()))
+    return bool(prove_hidden(geometry, work, Obstacle(flat, 4, flat), 0, segment, False) != PROVED)
+
+
+def box_behind_a_wall_it_touches() -> bool:
+    """A wall that runs through the middle of a box of faces hides those behind it only."""
+    wall = [[(40, -900, -900), (40, 900, -900), (40, 0, 900)]]
+    near = [[(38, -9 + i, -9), (38, -8 + i, -9), (38, -9 + i, -8)] for i in range(3)]
+    far = [[(50, -9 + i, -9), (50, -8 + i, -9), (50, -9 + i, -8)] for i in range(14)]
+    return {1, 2, 3} <= set(listed(wall + near + far, [CELL])[0])
+
+
+def suggestion_behind_a_wall() -> bool:
+    """A ray's suggestion alone proves nothing: the wall is in the way."""
+    wall = [[(20, -900, -900), (20, 900, -900), (20, 0, 900)]]
+    target = [[(90, -4, -4), (90, 4, -4), (90, 0, 4)]]
+    geometry = build_geometry(scene_of(wall + target), FRAME)
+    proven = np.zeros(2, np.bool_)
+    points = np.zeros((1, 3)) + 4.0
+    confirm(geometry, points, np.array([1], np.int32), np.array([[0.3, 0.3]]), proven)
+    return not proven[1]
+
+
+PROBES = (
+    wall_with_a_gap,
+    wall_that_pierces,
+    wall_between_two_cells,
+    closed_solid_through_its_edge,
+    box_behind_a_wall_it_touches,
+    suggestion_behind_a_wall,
+)
+
+
+def main() -> dict[str, bool]:
+    """Name of each probe and whether its answer is sound."""
+    return {probe.__name__: bool(probe()) for probe in PROBES}
+
+
+if __name__ == "__main__":
+    print(json.dumps(main()))  # noqa: T201
