@@ -3,8 +3,8 @@
 Notes
 -----
 A box is kept when its inflation by the clearance has an interior that meets no face. Otherwise it is cut in
-two, near its faces or in the middle, and parts with an edge below the smallest size are dropped. Only the faces
-that meet the inflated box go down to its parts, so that the lists shrink.
+two, near its faces or in the middle, and parts with an edge below the smallest size are dropped. Only the
+faces that meet the inflated box go down to its parts, so that the lists shrink.
 
 References
 ----------
@@ -22,8 +22,8 @@ from tilesnav_ref.cells.overlap import meets_box
 from tilesnav_ref.kernels import kernel
 
 _DEPTH = 512
-"""Room for pending boxes, one a level. Cuts halve a box or part it near a face; only max_size hundreds of times
-min_size could need so many levels, and the kernel then stops with an error."""
+"""Room for pending boxes, one a level. Cuts halve a box or part it near a face; only max_size hundreds of
+times min_size could need so many levels, and the kernel then stops with an error."""
 
 
 @kernel

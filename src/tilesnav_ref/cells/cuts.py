@@ -4,8 +4,8 @@ Notes
 -----
 The widest slab at one side of the box that the faces leave free is cut off first. Without one, and with few
 faces, the planes at the clearance from the bounds of each face compete: cutting there leaves a part that is
-free of that face. The cost of a plane is the sum over both parts of volume times faces, as in the surface area
-heuristic with volumes for areas. Many faces, or no better plane: the middle of the longest axis.
+free of that face. The cost of a plane is the sum over both parts of volume times faces, as in the surface
+area heuristic with volumes for areas. Many faces, or no better plane: the middle of the longest axis.
 
 References
 ----------
