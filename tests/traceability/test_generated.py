@@ -43,4 +43,3 @@ def test_check_notices_a_change_and_the_program_mends_it(program: str, tmp_path:
     assert run(tmp_path / program, "--check") == 1
     assert run(tmp_path / program) == 0
     assert written.read_bytes() == before
-    assert run(tmp_path / program, "--check") == 0

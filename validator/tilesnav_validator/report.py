@@ -34,7 +34,8 @@ def as_json(result: Result, path: Path) -> dict[str, Any]:
 
 def _tolerances(result: Result) -> dict[str, float]:
     tolerances = {"geometryInSteps": TOLERANCE_IN_STEPS}
-    if any(j.requirement.id == "core/grid-exponent" and j.verdict == "pass" for j in result.judgements):
+    passed = {j.requirement.id for j in result.judgements if j.verdict == "pass"}
+    if {"core/entry-object", "core/grid-exponent"} <= passed:
         tolerances |= {"step": result.subject.step, "geometry": result.subject.tolerance}
     return tolerances
 
