@@ -63,7 +63,8 @@ def test_cells_that_overlap(tmp_path: Path) -> None:
 
 
 def ridge(along: int, side: float, top: float) -> list[list[float]]:
-    """A prism with a ridge (for side -1 a keel) of 2 m along x or y at z = top; a sixth plane cuts its foot."""
+    """A prism with a ridge (for side -1 a keel) of 2 m along x or y at z = top; a sixth plane cuts its
+    foot."""
     root = float(np.sqrt(0.5))
     across = 1 - along
     planes = []
@@ -145,7 +146,9 @@ SQUARE = [[0, -2, 1], [0, 2, 1], [0, 2, 3], [0, -2, 3]]
 
 
 def moved(index: int, *by: float) -> list[list[float]]:
-    return [[x + d for x, d in zip(v, by, strict=True)] if i == index else list(v) for i, v in enumerate(SQUARE)]
+    return [
+        [x + d for x, d in zip(v, by, strict=True)] if i == index else list(v) for i, v in enumerate(SQUARE)
+    ]
 
 
 def test_polygons_as_they_should_be(tmp_path: Path) -> None:
@@ -192,6 +195,19 @@ def test_numbers_of_portals(tmp_path: Path) -> None:
     assert failures(small.write(tmp_path), rays=0) == ["portal/symmetric"]
 
 
+def test_two_portals_to_the_same_cell(tmp_path: Path) -> None:
+    small = Small()
+    small.groups["portals"].update(offsets=[0, 2, 3], targets=[1, 1, 0], polygons=[0, 0, 0])
+    small.groups["deltas"].update(enteredOffsets=[0, 0, 0, 1], leftOffsets=[0, 1, 2, 2], left=[4, 4])
+    small.groups["deltas"].update(
+        switchOffsets=[0, 1, 2, 4], switchObjects=[1, 1, 1, 2], switchCodes=[1, 1, 3, 15]
+    )
+    small.extension["portalCount"] = 3
+    assert failures(small.write(tmp_path), rays=0) == ["portal/target-exists"]
+    small.groups["portals"]["targets"] = [5, 5, 0]
+    assert failures(small.write(tmp_path), rays=0) == ["portal/target-exists"]
+
+
 def test_a_portal_without_a_way_back(tmp_path: Path) -> None:
     small = Small()
     small.groups["portals"].update(offsets=[0, 1, 1], targets=[1], polygons=[0])
@@ -205,7 +221,9 @@ def test_a_portal_without_a_way_back(tmp_path: Path) -> None:
 
 def test_no_portals_at_all(tmp_path: Path) -> None:
     small = Small()
-    small.groups["portals"].update(offsets=[0, 0, 0], targets=[], polygons=[], polygonOffsets=[0], vertices=[])
+    small.groups["portals"].update(
+        offsets=[0, 0, 0], targets=[], polygons=[], polygonOffsets=[0], vertices=[]
+    )
     small.groups["deltas"].update(enteredOffsets=[0], entered=[], leftOffsets=[0], left=[], switchOffsets=[0])
     small.groups["deltas"].update(switchObjects=[], switchCodes=[])
     small.extension["portalCount"] = 0
@@ -216,7 +234,9 @@ def test_a_thin_wall_in_the_plane_of_a_portal(tmp_path: Path) -> None:
     def with_wall(triangle: list[Any]) -> list[str]:
         small = Small(objects=[FLOOR, WALL, [triangle]])
         small.extension["clearance"] = 0
-        return [name for name in failures(small.write(tmp_path), rays=0) if name.startswith(("cell", "portal"))]
+        return [
+            name for name in failures(small.write(tmp_path), rays=0) if name.startswith(("cell", "portal"))
+        ]
 
     assert with_wall([(0, -1, 1.5), (0, 1, 1.5), (0, 0, 2.5)]) == ["portal/clear-of-geometry"]
     assert with_wall([(0, -1, 0), (0, 1, 0), (0, 0, 1)]) == []  # touches the border only

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -91,12 +92,30 @@ def test_list_and_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert "3DTILES_nav 0.1.0" in capsys.readouterr().out
 
 
-def test_as_a_module(tmp_path: Path) -> None:
+def test_as_a_module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = Small().write(tmp_path)
     command = [sys.executable, "-m", "tilesnav_validator", str(path), "--rays", "10"]
     done = subprocess.run(command, check=False, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+    monkeypatch.setattr(sys, "argv", ["tilesnav-validate", "--list"])
+    with pytest.raises(SystemExit) as end:
+        runpy.run_module("tilesnav_validator", run_name="__main__")
+    assert end.value.code == 0
+    assert "main" in runpy.run_module("tilesnav_validator.__main__", run_name="imported")
     assert done.stderr == ""
+
+
+def test_a_closed_pipe_keeps_the_verdict(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def closed(*_: object) -> None:
+        raise BrokenPipeError
+
+    small = Small()
+    small.groups["cells"]["kinds"] = [3, 4]
+    path = small.write(tmp_path)
+    with (tmp_path / "out").open("w") as stream:
+        monkeypatch.setattr(sys, "stdout", stream)
+        monkeypatch.setattr("builtins.print", closed)
+        assert cli.main([str(path), "--rays", "10"]) == 1
 
 
 def test_a_closed_pipe_is_no_error(tmp_path: Path) -> None:
@@ -118,6 +137,35 @@ def test_every_requirement_is_judged_after_what_it_rests_on() -> None:
 def test_a_requirement_has_one_check() -> None:
     with pytest.raises(ValueError, match="two checks of pvs/digest"):
         checks.check("pvs/digest")(lambda _: iter(()))
+
+
+def test_registered_checks_and_schemas_share_out_the_requirements() -> None:
+    by_code = {row.id for row in registry.REGISTRY.values() if row.checked_by != "schema"}
+    assert checks.registered_ids() == by_code
+
+
+def test_data_come_from_the_package_where_it_has_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inside_repository = registry._locate("nav.schema.json")
+    assert inside_repository.is_file()
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "nav.schema.json").write_text("{}")
+    monkeypatch.setattr(registry, "_PACKAGE", tmp_path)
+    assert registry._locate("nav.schema.json") == tmp_path / "data" / "nav.schema.json"
+
+
+def test_a_schema_error_without_a_way_to_it_is_not_passed_over() -> None:
+    error = jsonschema.ValidationError("strange", schema_path=["properties", "x"], schema={"other": 1})
+    with pytest.raises(LookupError, match="strange"):
+        schemarules.requirement_of(error, "nav.schema.json")
+
+
+def test_witnesses_are_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    small = Small()
+    small.groups["pvs"]["faces"] = [0, 1, 2, 3, 4, 0, 1, 2, 4]
+    assert cli.main([str(small.write(tmp_path))]) == 1
+    assert "witness: cell 1, face 3, c [" in capsys.readouterr().out
 
 
 def test_severity_comes_from_the_registry() -> None:
@@ -148,7 +196,9 @@ def test_ids_of_schema_errors(tmp_path: Path, change: Any, requirement: str) -> 
     path.write_text(json.dumps(small.tileset))
     result = runner.judge(path, cli.Settings(rays=0))
     assert [j.requirement.id for j in result.judgements if j.verdict == "fail"] == [requirement]
-    assert all(j.verdict == "not run" for j in result.judgements if j.requirement.stage not in ("io", "schema"))
+    assert all(
+        j.verdict == "not run" for j in result.judgements if j.requirement.stage not in ("io", "schema")
+    )
 
 
 def test_long_values_are_shown_in_short() -> None:

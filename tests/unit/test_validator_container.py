@@ -83,7 +83,12 @@ def test_claims_are_checked_before_memory_is_taken(tmp_path: Path, claim: tuple[
 
 def test_lengths_in_the_header_near_2_63(tmp_path: Path) -> None:
     whole = pack_nav(*pack_tables(tables()))
-    for json_bytes, binary_bytes in ((2**63, 2**63), (2**64 - 8, 2**64 - 8), (len(whole), 0), (0, len(whole) - 24)):
+    for json_bytes, binary_bytes in (
+        (2**63, 2**63),
+        (2**64 - 8, 2**64 - 8),
+        (len(whole), 0),
+        (0, len(whole) - 24),
+    ):
         small = Small(nav=struct.pack("<4sIQQ", b"nav1", 1, json_bytes, binary_bytes) + whole[24:])
         expected = "container/json" if json_bytes == 0 else "container/header"
         assert failures(small.write(tmp_path), rays=0) == [expected]
@@ -105,7 +110,9 @@ def test_foreign_headers(tmp_path: Path, header: tuple[bytes, int], requirement:
 
 def _repack(root: dict[str, Any], binary: bytes, json_tail: bytes, binary_tail: bytes) -> bytes:
     text = json.dumps(root).encode() + json_tail
-    return struct.pack("<4sIQQ", b"nav1", 1, len(text), len(binary + binary_tail)) + text + binary + binary_tail
+    return (
+        struct.pack("<4sIQQ", b"nav1", 1, len(text), len(binary + binary_tail)) + text + binary + binary_tail
+    )
 
 
 def test_padding(tmp_path: Path) -> None:

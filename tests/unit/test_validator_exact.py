@@ -1,4 +1,5 @@
-"""Witnesses are decided in exact arithmetic: shared edges, coincident faces, rays in a plane, half-open segments."""
+"""Witnesses are decided in exact arithmetic: shared edges, coincident faces, rays in a plane, half-open
+segments."""
 
 from __future__ import annotations
 
@@ -152,6 +153,14 @@ def test_directions_are_taken_without_rounding() -> None:
     ray = make_ray(np.array([0.1, 0.2, 0.3]), np.array([1e-20, 1.0, 3.0]), STEP)
     assert Fraction(ray.direction[0], ray.direction[1]) == Fraction(1e-20)
     assert Fraction(ray.origin[0], ray.scale) * Fraction(STEP) == Fraction(0.1)
+
+
+def test_faces_beside_a_ray_in_their_plane() -> None:
+    ray = make_ray(np.zeros(3), np.array([1.0, 0.0, 0.0]), 1.0)
+    for y, expected in ((0, True), (1, False), (-1, True), (-2, True), (-3, False)):
+        triangle = ray.triangle(np.array([(2, y, 0), (3, y, 0), (2, y + 2, 0)]))
+        assert meets(ray, triangle, Fraction(9)) == expected
+        assert not meets(ray, triangle, Fraction(2))
 
 
 def test_pierces_and_meets_differ_on_the_border() -> None:

@@ -114,7 +114,7 @@ def test_unreadable_entry_tilesets(tmp_path: Path, kind: str) -> None:
         os.mkfifo(path)
     elif kind == "folder":
         path.mkdir()
-    with pytest.raises(UnreadableInputError, match="tileset.json"):
+    with pytest.raises(UnreadableInputError, match=r"tileset\.json"):
         judge(path, Settings(rays=0))
 
 
@@ -246,6 +246,12 @@ def test_malformed_transforms(tmp_path: Path, value: Any) -> None:
     small = Small()
     small.root["transform"] = value
     assert failures(small.write(tmp_path), rays=0) == ["core/content-transform"]
+
+
+def test_a_transform_that_overflows(tmp_path: Path) -> None:
+    small = Small()
+    small.extension["transform"] = [1.7e308] * 16
+    assert failures(small.write(tmp_path), rays=0) == ["core/transform-rigid"]
 
 
 def test_transforms(tmp_path: Path) -> None:

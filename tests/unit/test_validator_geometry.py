@@ -27,7 +27,12 @@ def test_vertices_and_facets_of_a_box() -> None:
 def test_facets_of_a_slanted_cell() -> None:
     root = np.sqrt(0.5)
     planes = BOX.copy()
-    planes[0, 1] = [root, 0, root, -4 * root]  # x + z <= 4: a wedge with vertices at x = 4, z = 0 and x = 0, z = 4
+    planes[0, 1] = [
+        root,
+        0,
+        root,
+        -4 * root,
+    ]  # x + z <= 4: a wedge with vertices at x = 4, z = 0 and x = 0, z = 4
     planes[0, 5] = [0, 0, 1, -3]
     shape = polyhedra.build(planes, TAU)
     area = polyhedra.polygon_area(shape.facet(np.zeros(6, np.int64), np.arange(6)))
@@ -68,7 +73,9 @@ def test_largest_ball() -> None:
 
 
 def inside(shape: tuple[float, ...], triangle: list[tuple[float, ...]]) -> bool:
-    return bool(clipping.meets(np.array([triangle], dtype=float), np.array([box_planes((0, 0, 0), shape)]))[0])
+    return bool(
+        clipping.meets(np.array([triangle], dtype=float), np.array([box_planes((0, 0, 0), shape)]))[0]
+    )
 
 
 def test_triangles_that_meet_a_box() -> None:
@@ -143,4 +150,6 @@ def test_overlaps_are_all_pairs() -> None:
         found |= set(zip(i.tolist(), j.tolist(), strict=True))
     hit = (low_a[:, None] <= high_b).all(axis=2) & (low_b <= high_a[:, None]).all(axis=2)
     assert found == set(map(tuple, np.argwhere(hit).tolist()))
+    corner, opposite = np.array([[0.0, 0, 0], [9, 9, 9]]), np.array([[5.0, 5, 5]])
+    assert list(broadphase.overlaps(corner, corner + 1, opposite, opposite)) == []
     assert list(broadphase.overlaps(low_a[:0], high_a[:0], low_b, high_b)) == []

@@ -127,6 +127,10 @@ def test_faults(change: Change) -> None:
         read(change)
 
 
+def test_nodes_without_a_mesh_do_no_harm() -> None:
+    assert len(read(put("nodes", [{"mesh": 0, "children": [1]}, {"name": "x"}]))) == 2
+
+
 def test_numbers_that_are_integers_written_as_floats_count() -> None:
     assert len(read(put("accessors", 0, "count", 6.0))) == 2
 
@@ -204,7 +208,10 @@ def test_a_coarse_content_that_needs_a_decoder_is_not_read(tmp_path: Path) -> No
     (tmp_path / "coarse.glb").write_bytes(b"whatever")
     digest = "85738f8f9a7f1b04b5329c590ebcb9e425925c6d0984089c43a022de4f19c281"
     nav = {"contentId": 0, "level": 1, "faceCount": 5, "objectCount": 3, "sha256": digest}
-    small.root["contents"] = [small.root.pop("content"), {"uri": "coarse.glb", "extensions": {"3DTILES_nav": nav}}]
+    small.root["contents"] = [
+        small.root.pop("content"),
+        {"uri": "coarse.glb", "extensions": {"3DTILES_nav": nav}},
+    ]
     assert failures(small.write(path.parent), rays=0) == []
     nav["sha256"] = digest[::-1]
     assert failures(small.write(path.parent), rays=0) == ["core/content-digest"]

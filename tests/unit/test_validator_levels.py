@@ -17,7 +17,8 @@ UNIT = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dty
 
 
 def bounds(vertices: Any, triangle: Any, steps: int = 60) -> tuple[float, float]:
-    """Bounds of one pair, the greater of both sides of the face, after asking for a few thresholds between them."""
+    """Bounds of one pair, the greater of both sides of the face, after asking for a few thresholds between
+    them."""
     triangles = np.array([triangle], dtype=float)
     normals = lodbounds.unit_normals(triangles)
     ends = [(0.0, 0.0)]
@@ -82,9 +83,16 @@ def test_bounds_hold_for_random_pairs() -> None:
 
 def test_nearest_points_of_a_triangle() -> None:
     triangle = np.array([[(0, 0, 0), (2, 0, 0), (0, 2, 0)]], dtype=float)
-    cases = {(0.5, 0.5, 3): (0.5, 0.5, 0), (-1, -1, 1): (0, 0, 0), (1, -2, 0): (1, 0, 0), (2, 2, 5): (1, 1, 0)}
+    cases = {
+        (0.5, 0.5, 3): (0.5, 0.5, 0),
+        (-1, -1, 1): (0, 0, 0),
+        (1, -2, 0): (1, 0, 0),
+        (2, 2, 5): (1, 1, 0),
+    }
     for point, expected in cases.items():
-        assert lodbounds.nearest(np.array([point], dtype=float), triangle).tolist() == [list(map(float, expected))]
+        assert lodbounds.nearest(np.array([point], dtype=float), triangle).tolist() == [
+            list(map(float, expected))
+        ]
 
 
 def test_scale() -> None:
@@ -144,7 +152,9 @@ def test_a_choice_of_cells_is_said_to_be_one(tmp_path: Path) -> None:
     assert (found.verdict, found.note) == ("not refuted", "1 of 2 cells, 0 codes undecided, seed 0")
 
 
-def test_codes_that_the_bounds_cannot_decide_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_codes_that_the_bounds_cannot_decide_are_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(lodjudge, "STEPS", 0)
     result = judge(Small().write(tmp_path), Settings(rays=0))
     found = {j.requirement.id: (j.verdict, j.note) for j in result.judgements}

@@ -1,4 +1,5 @@
-"""The search for missing faces: spreading of rays, uniformity, independence of threads, what it finds and claims."""
+"""The search for missing faces: spreading of rays, uniformity, independence of threads, what it finds and
+claims."""
 
 from __future__ import annotations
 
@@ -56,7 +57,12 @@ def test_directions_are_uniform_on_the_sphere() -> None:
 def test_positions_are_uniform_in_slanted_cells() -> None:
     root = math.sqrt(0.5)
     wedge = box_planes((0, 0, 0), (2, 1, 2))
-    wedge[1] = [root, 0.0, root, -2 * root]  # x + z <= 2, below z = 2: a prism over a triangle, its top an edge
+    wedge[1] = [
+        root,
+        0.0,
+        root,
+        -2 * root,
+    ]  # x + z <= 2, below z = 2: a prism over a triangle, its top an edge
     wedge[5] = [0.0, 0.0, 1.0, -1.0]  # cut at z = 1: a trapezoid of area 1.5
     shooter = caster([wedge], WALL)
     assert shooter.is_box.tolist() == [False]
@@ -97,7 +103,9 @@ def verdict(result: Result) -> Judgement:
     return next(j for j in result.judgements if j.requirement.id == "pvs/conservative")
 
 
-def without(face: int, seed: int = 0, count: int = 20_000, threads: int = 2, folder: Path | None = None) -> Result:
+def without(
+    face: int, seed: int = 0, count: int = 20_000, threads: int = 2, folder: Path | None = None
+) -> Result:
     """Judge the small tileset after a face has been taken from the PVS of cell 1."""
     assert folder is not None
     small = Small()
@@ -115,6 +123,24 @@ def test_a_missing_face_is_found_and_its_witness_holds(tmp_path: Path, face: int
     assert found.findings[0].where == f"cell 1 face {face}"
 
 
+def test_a_candidate_that_exact_arithmetic_refutes_is_no_finding(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tilesnav_validator.exact.decide", lambda *_: None)
+    result = without(2, folder=tmp_path)
+    assert verdict(result).verdict == "not refuted"
+    assert result.subject.search["candidates"] > 0
+    assert result.subject.search["confirmed"] == 0
+
+
+def test_rays_see_every_face_of_a_map_without_degenerate_ones() -> None:
+    shooter = caster([box_planes((0, -2, 1), (3, 2, 3))], [*FLOOR, *WALL])
+    shooter.listed = Ragged(np.array([0, 2]), np.array([0, 3], dtype=np.uint32))
+    for aimed in (False, True):
+        chunk = rays.Chunk(0, aimed, np.array([0]), np.array([5000]))
+        assert {found.face for found in shooter.cast(chunk).candidates} == {1, 2}
+
+
 def test_results_depend_on_the_seed_and_not_on_threads(tmp_path: Path) -> None:
     one, two = (verdict(without(2, threads=threads, folder=tmp_path)) for threads in (1, 3))
     assert one.findings == two.findings
@@ -125,13 +151,20 @@ def test_results_depend_on_the_seed_and_not_on_threads(tmp_path: Path) -> None:
 def test_a_missing_degenerate_face_is_no_fault(tmp_path: Path) -> None:
     small = Small(objects=[FLOOR, FLAT, WALL])
     assert verdict(judge(small.write(tmp_path), Settings(rays=0))).verdict == "not run"
-    result = judge(Small().write(tmp_path), Settings(rays=20_000))  # cell 1 does not list the degenerate face 4
+    result = judge(
+        Small().write(tmp_path), Settings(rays=20_000)
+    )  # cell 1 does not list the degenerate face 4
     assert verdict(result).verdict == "not refuted"
 
 
 def test_statements(tmp_path: Path) -> None:
     search = judge(Small().write(tmp_path), Settings(rays=9001, seed=3)).subject.search
-    assert (search["uniformRays"], search["aimedRays"], search["cells"], search["confirmed"]) == (4501, 4500, 2, 0)
+    assert (search["uniformRays"], search["aimedRays"], search["cells"], search["confirmed"]) == (
+        4501,
+        4500,
+        2,
+        0,
+    )
     assert search["missedShareAtMost"] == 3 / 4501
     assert "95 %" in search["statement"]
     refuted = without(2, folder=tmp_path).subject.search
@@ -155,7 +188,9 @@ def test_the_search_ends_after_enough_witnesses(tmp_path: Path, monkeypatch: pyt
 
 def test_cells_with_findings_are_left_out(tmp_path: Path) -> None:
     small = Small()
-    small.groups["cells"]["planes"] = [[[-x for x in p] for p in box] for box in small.groups["cells"]["planes"]]
+    small.groups["cells"]["planes"] = [
+        [[-x for x in p] for p in box] for box in small.groups["cells"]["planes"]
+    ]
     result = judge(small.write(tmp_path), Settings(rays=100))
     verdicts = {j.requirement.id: j.verdict for j in result.judgements}
     assert verdicts["cell/non-empty"] == "fail" or verdicts["cell/bounded"] == "fail"

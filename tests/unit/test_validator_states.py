@@ -26,8 +26,14 @@ def put(group: str, member: str, value: Any) -> Callable[[Groups], None]:
 FAULTS = {
     "order of faces": (put("pvs", "faces", [1, 0, 2, 3, 4, 0, 1, 2, 3]), {"pvs/sorted-faces", "pvs/digest"}),
     "face twice": (put("pvs", "faces", [0, 1, 2, 3, 4, 0, 1, 1, 3]), {"pvs/sorted-faces", "pvs/digest"}),
-    "face out of range": (put("pvs", "faces", [0, 1, 2, 3, 5, 0, 1, 2, 3]), {"pvs/sorted-faces", "pvs/digest"}),
-    "big-endian": (put("pvs", "provenVisible", [4 << 24, 4]), {"pvs/proven-within-listed", "provenance/totals"}),
+    "face out of range": (
+        put("pvs", "faces", [0, 1, 2, 3, 5, 0, 1, 2, 3]),
+        {"pvs/sorted-faces", "pvs/digest"},
+    ),
+    "big-endian": (
+        put("pvs", "provenVisible", [4 << 24, 4]),
+        {"pvs/proven-within-listed", "provenance/totals"},
+    ),
     "missing object": (
         put("lod", "objects", [0, 1, 2, 0, 2]),
         {"lod/objects-match", "pvs/digest"},
@@ -46,6 +52,7 @@ FAULTS = {
     "entered out of range": (put("deltas", "entered", [5]), {"delta/sorted"}),
     "switch out of range": (put("deltas", "switchObjects", [3, 1, 2]), {"delta/sorted"}),
     "switches not sorted": (put("deltas", "switchObjects", [1, 2, 1]), {"delta/sorted"}),
+    "switch out of range twice": (put("deltas", "switchObjects", [1, 5, 5]), {"delta/sorted"}),
     "switch twice": (put("deltas", "switchObjects", [1, 1, 1]), {"delta/sorted"}),
     "switch of another": (put("deltas", "switchObjects", [0, 1, 2]), {"delta/switches"}),
     "switch code": (put("deltas", "switchCodes", [1, 3, 14]), {"delta/switches"}),
@@ -104,7 +111,12 @@ def test_two_sectors(tmp_path: Path) -> None:
         square = small.groups["portals"]["vertices"]
         for part, number in ((small, 0), (other, 1)):
             groups = part.groups
-            for group, member in (("cells", "planes"), ("cells", "kinds"), ("pvs", "provenVisible"), ("pvs", "digests")):
+            for group, member in (
+                ("cells", "planes"),
+                ("cells", "kinds"),
+                ("pvs", "provenVisible"),
+                ("pvs", "digests"),
+            ):
                 groups[group][member] = groups[group][member][number : number + 1]
             for group, offsets, members in (
                 ("portals", "offsets", ("targets", "polygons")),

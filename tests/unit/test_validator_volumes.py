@@ -46,7 +46,11 @@ def ecef(longitude: float, latitude: float, height: float) -> list[float]:
     e2 = f * (2 - f)
     n = a / math.sqrt(1 - e2 * math.sin(latitude) ** 2)
     around = (n + height) * math.cos(latitude)
-    return [around * math.cos(longitude), around * math.sin(longitude), (n * (1 - e2) + height) * math.sin(latitude)]
+    return [
+        around * math.cos(longitude),
+        around * math.sin(longitude),
+        (n * (1 - e2) + height) * math.sin(latitude),
+    ]
 
 
 @pytest.mark.parametrize("height", [-10_000.0, 0.0, 100.0, 1e6])
@@ -65,7 +69,9 @@ def test_region_and_the_date_line() -> None:
     inside = np.array([ecef(3.13, 0.55, 50), ecef(-3.13, 0.55, 0)])
     assert volumes.region_excess(region, inside) <= 0
     metre = 1 / 6378137.0
-    assert volumes.region_excess(region, np.array([ecef(3.13, 0.6 + metre, 50)])) == pytest.approx(1, rel=1e-3)
+    assert volumes.region_excess(region, np.array([ecef(3.13, 0.6 + metre, 50)])) == pytest.approx(
+        1, rel=1e-3
+    )
     assert volumes.region_excess(region, np.array([ecef(3.13, 0.55, 102)])) == pytest.approx(2, abs=1e-6)
     assert volumes.region_excess(region, np.array([ecef(3.13, 0.55, -3)])) == pytest.approx(3, abs=1e-6)
     beside = volumes.region_excess(region, np.array([ecef(3.1 - metre, 0.55, 50)]))

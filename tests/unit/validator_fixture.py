@@ -1,11 +1,11 @@
 """A small valid tileset, packed by hand from the layout in the specification.
 
-A floor (object 0, faces 0 and 1, z = 0), a wall (object 1, faces 2 and 3, x = 4) and a face without area (object 2,
-face 4). Cell 0 is -4 <= x <= 0, cell 1 is 0 <= x <= 3, both -2 <= y <= 2 and 1 <= z <= 3, with a portal at x = 0.
-Cell 0 lists face 4 too, which is more than need be; so the delta is not empty.
+A floor (object 0, faces 0 and 1, z = 0), a wall (object 1, faces 2 and 3, x = 4) and a face without area
+(object 2, face 4). Cell 0 is -4 <= x <= 0, cell 1 is 0 <= x <= 3, both -2 <= y <= 2 and 1 <= z <= 3, with a
+portal at x = 0. Cell 0 lists face 4 too, which is more than need be; so the delta is not empty.
 
-Largest L: floor 1 / 1 m from both cells, wall 1 / 4 m and 1 / 1 m, face 4 none. With reference 3 and base 2 the codes
-are floor(log2 3) = 1, floor(log2 12) = 3, 1, and the last one, 15.
+Largest L: floor 1 / 1 m from both cells, wall 1 / 4 m and 1 / 1 m, face 4 none. With reference 3 and base 2
+the codes are floor(log2 3) = 1, floor(log2 12) = 3, 1, and the last one, 15.
 """
 
 from __future__ import annotations
@@ -26,7 +26,14 @@ FLOOR = [[(-8, -8, 0), (8, -8, 0), (8, 8, 0)], [(-8, -8, 0), (8, 8, 0), (-8, 8, 
 WALL = [[(4, -4, 0), (4, 4, 0), (4, 4, 4)], [(4, -4, 0), (4, 4, 4), (4, -4, 4)]]
 FLAT = [[(0, 0, 0), (1, 0, 0), (2, 0, 0)]]
 
-TYPES = {"planes": "<f8", "vertices": "<f8", "kinds": "u1", "digests": "u1", "codes": "u1", "switchCodes": "u1"}
+TYPES = {
+    "planes": "<f8",
+    "vertices": "<f8",
+    "kinds": "u1",
+    "digests": "u1",
+    "codes": "u1",
+    "switchCodes": "u1",
+}
 
 
 def box_planes(low: tuple[float, ...], high: tuple[float, ...]) -> list[list[float]]:
@@ -42,7 +49,9 @@ def box_planes(low: tuple[float, ...], high: tuple[float, ...]) -> list[list[flo
 
 def state_digest(faces: list[int], objects: list[int], codes: list[int]) -> list[int]:
     """SHA-256 of the canonical bytes, written out as the specification does."""
-    text = struct.pack(f"<I{len(faces)}I", len(faces), *faces) + struct.pack(f"<I{len(objects)}I", len(objects), *objects)
+    text = struct.pack(f"<I{len(faces)}I", len(faces), *faces) + struct.pack(
+        f"<I{len(objects)}I", len(objects), *objects
+    )
     return list(hashlib.sha256(text + bytes(codes)).digest())
 
 
@@ -51,7 +60,9 @@ def pack_glb(root: dict[str, Any], binary: bytes) -> bytes:
     text = json.dumps(root).encode()
     text += b" " * (-len(text) % 4)
     binary += b"\0" * (-len(binary) % 4)
-    body = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    body = (
+        struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    )
     return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
 
 
@@ -80,7 +91,10 @@ def gltf(objects: list[list[list[tuple[float, ...]]]]) -> tuple[dict[str, Any], 
 def tables() -> dict[str, dict[str, Any]]:
     """Tables of the small tileset, by group and member; numbers that are counts are computed when packed."""
     return {
-        "cells": {"planes": [box_planes((-4, -2, 1), (0, 2, 3)), box_planes((0, -2, 1), (3, 2, 3))], "kinds": [0, 1]},
+        "cells": {
+            "planes": [box_planes((-4, -2, 1), (0, 2, 3)), box_planes((0, -2, 1), (3, 2, 3))],
+            "kinds": [0, 1],
+        },
         "portals": {
             "offsets": [0, 1, 2],
             "targets": [1, 0],
@@ -92,7 +106,10 @@ def tables() -> dict[str, dict[str, Any]]:
             "offsets": [0, 5, 9],
             "faces": [0, 1, 2, 3, 4, 0, 1, 2, 3],
             "provenVisible": [4, 4],
-            "digests": [state_digest([0, 1, 2, 3, 4], [0, 1, 2], [1, 3, 15]), state_digest([0, 1, 2, 3], [0, 1], [1, 1])],
+            "digests": [
+                state_digest([0, 1, 2, 3, 4], [0, 1, 2], [1, 3, 15]),
+                state_digest([0, 1, 2, 3], [0, 1], [1, 1]),
+            ],
         },
         "lod": {"offsets": [0, 3, 5], "objects": [0, 1, 2, 0, 1], "codes": [1, 3, 15, 1, 1]},
         "deltas": {
@@ -117,7 +134,10 @@ COUNTS = {
 
 def pack_tables(groups: dict[str, dict[str, Any]]) -> tuple[dict[str, Any], bytes]:
     """JSON and binary part of a nav file."""
-    root: dict[str, Any] = {"sector": {"firstCell": 0, "cellCount": len(groups["cells"]["kinds"])}, "bufferViews": []}
+    root: dict[str, Any] = {
+        "sector": {"firstCell": 0, "cellCount": len(groups["cells"]["kinds"])},
+        "bufferViews": [],
+    }
     binary = b""
     for group, members in groups.items():
         root[group] = {}

@@ -9,10 +9,14 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tilesnav_validator import __version__
 from tilesnav_validator.findings import Settings, UnreadableInputError
 from tilesnav_validator.registry import REGISTRY, SPEC_VERSION
+
+if TYPE_CHECKING:
+    from tilesnav_validator.runner import Result
 
 VALID, INVALID, UNREADABLE, INTERNAL = 0, 1, 2, 3
 
@@ -74,24 +78,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _judge(path: Path, settings: Settings, wants_json: bool) -> int:
-    from tilesnav_validator import report, runner  # noqa: PLC0415 - numpy is not needed for --list and --version
+    from tilesnav_validator import runner  # noqa: PLC0415 - numpy is not needed for --list and --version
 
     try:
         result = runner.judge(path, settings)
-        lines = (
-            [json.dumps(report.as_json(result, path), indent=2)]
-            if wants_json
-            else report.as_text(result, path)
-        )
-        for line in lines:
-            print(line)
+        _print(result, path, wants_json)
     except UnreadableInputError as error:
         print(f"tilesnav-validate: {error}", file=sys.stderr)
         return UNREADABLE
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return VALID
     except Exception:  # noqa: BLE001 - the last line of defence turns a bug into exit status 3, with its traceback
         _log.exception("internal error; please report it")
         return INTERNAL
     return VALID if result.valid else INVALID
+
+
+def _print(result: Result, path: Path, wants_json: bool) -> None:
+    from tilesnav_validator import report  # noqa: PLC0415 - as above
+
+    lines = (
+        [json.dumps(report.as_json(result, path), indent=2)] if wants_json else report.as_text(result, path)
+    )
+    try:
+        for line in lines:
+            print(line)
+        sys.stdout.flush()
+    except BrokenPipeError:  # the reader has seen enough; nothing is left to flush at the end of the program
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -138,7 +138,7 @@ class NavFile:
         self.json = strictjson.parse_view(self.data, HEADER.size, stop)
 
     def padding_faults(self) -> Iterator[Finding]:
-        """Faults of the padding; that of the binary part only when ``json`` states where it begins."""
+        """Faults of the padding; that of the binary part begins where the buffer of the JSON part ends."""
         start = HEADER.size + self.json_bytes
         for part, length in (("JSON", self.json_bytes), ("binary", self.binary_bytes)):
             if length % ALIGNMENT:
@@ -149,19 +149,11 @@ class NavFile:
             yield Finding(
                 f"{self.name} byte {start - len(padding)}", f"padding {padding.hex(' ')}", "20 only"
             )
-        end = self._stated_buffer_bytes()
-        if end is not None and end <= self.binary_bytes < end + ALIGNMENT:
+        end = int(self.json["buffers"][0]["byteLength"])
+        if end <= self.binary_bytes < end + ALIGNMENT:
             padding = bytes(self.data[start + end :])
             if padding.strip(b"\0"):
                 yield Finding(f"{self.name} byte {start + end}", f"padding {padding.hex()}", "zero bytes")
-
-    def _stated_buffer_bytes(self) -> int | None:
-        """Length of the buffer as the JSON part states it, if it does."""
-        try:
-            value = self.json["buffers"][0]["byteLength"]
-        except (TypeError, KeyError, IndexError):
-            return None
-        return value if isinstance(value, int) and value >= 0 else None
 
     def count(self, name: str) -> int:
         """Number of elements by its name in ``TABLES``; a name with ``+1`` is one more."""
