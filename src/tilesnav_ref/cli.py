@@ -9,7 +9,8 @@ import sys
 import threading
 import traceback
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from types import FrameType
 
 from rich.console import Console
@@ -42,10 +43,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = sys.argv[1:] if arguments is None else list(arguments)
     debug = "--debug" in given
     logging.basicConfig(level=logging.INFO if debug else logging.WARNING, format="%(name)s: %(message)s")
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTERM, _terminate)
     try:
-        _run(parse(given))
+        with _sigterm_raises():
+            _run(parse(given))
     except (*NOT_ENCODABLE, *UNUSABLE) as error:
         message = str(error) or "not enough memory; encode a smaller --region"
         return _fail(message, 1 if isinstance(error, NOT_ENCODABLE) else 2, debug)
@@ -87,6 +87,19 @@ def _fail(message: str, status: int, debug: bool) -> int:
         traceback.print_exc()
     print(f"tilesnav: error: {' '.join(message.split())}", file=sys.stderr)
     return status
+
+
+@contextmanager
+def _sigterm_raises() -> Iterator[None]:
+    """Let SIGTERM unwind the stack, as SIGINT does; only the main thread may ask for that."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, _terminate)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _terminate(_number: int, _frame: FrameType | None) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 from collections.abc import Callable
 from pathlib import Path
 
@@ -131,6 +132,12 @@ def test_debug_prints_where(
     monkeypatch.setattr(cli, "check_output", broken)
     assert main([*_wall()(tmp_path), "--debug"]) == 3
     assert "Traceback" in capsys.readouterr().err
+
+
+def test_the_handler_of_sigterm_is_put_back(tmp_path: Path) -> None:
+    before = signal.getsignal(signal.SIGTERM)
+    assert main(["info", str(tmp_path)]) == 2
+    assert signal.getsignal(signal.SIGTERM) is before
 
 
 @pytest.mark.parametrize("command", [[], ["encode"], ["info"], ["sample"]])
