@@ -1,6 +1,6 @@
 """Branch coverage of both distributions, and the floors that it must keep.
 
-The validator has no compiled kernels. Those of the encoder are run as plain Python (docs/decisions/0006), which
+The validator has no compiled kernels. Those of the encoder are run as plain Python (docs/decisions/0006). That
 is slow: tests with the markers slow, jit, node and realdata are left out.
 """
 
@@ -56,7 +56,8 @@ def main() -> int:
     """Measure both; with the name of a distribution, that one only."""
     (ROOT / "build" / "coverage").mkdir(parents=True, exist_ok=True)
     chosen = [one for one in MEASURES if one.package in sys.argv[1:]] or list(MEASURES)
-    return 0 if all([measure(one) for one in chosen]) else 1
+    verdicts = [measure(one) for one in chosen]  # all of them, also after one that failed
+    return 0 if all(verdicts) else 1
 
 
 if __name__ == "__main__":
