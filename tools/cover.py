@@ -1,6 +1,6 @@
 """Branch coverage of both distributions, and the floors that it must keep.
 
-The validator has no compiled kernels. Those of the encoder are run as plain Python (docs/decisions/0006). That
+The validator has no compiled kernels. Those of the encoder run as plain Python (docs/decisions/0006). That
 is slow: tests with the markers slow, jit, node and realdata are left out.
 """
 
