@@ -47,7 +47,7 @@ def _type(schema: dict[str, Any]) -> str:
 
 def _bounds(schema: dict[str, Any]) -> str:
     if schema.get("minItems") is not None and schema.get("minItems") == schema.get("maxItems"):
-        return f"{schema['minItems']} item" + "s" * (schema["minItems"] != 1)
+        return f"{schema['minItems']} item" + ("s" if schema["minItems"] != 1 else "")
     return ", ".join(form.format(schema[key]) for key, form in BOUNDS if key in schema)
 
 
