@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from casebuilder.assemble import Case, Files, Json, json_bytes
+from casebuilder.edits import of_first
 from casebuilder.state import State, object_codes
 from casebuilder.world import World, box_cell, quad
 from casebuilder.worlds import (
@@ -137,6 +138,18 @@ def _foreign(tileset: Json) -> None:
     entry["later"] = True
 
 
+def _fractions(target: Json) -> None:
+    """Write every whole number of the objects within an object with a fraction of zero."""
+    for key, value in target.items():
+        if type(value) is int:
+            target[key] = float(value)
+        elif isinstance(value, dict) and key != "provenance":
+            _fractions(value)
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            for item in value:
+                _fractions(item)
+
+
 def structure_cases() -> Iterator[Case]:
     """Forms that 3D Tiles allows."""
     yield Case(
@@ -168,6 +181,14 @@ def structure_cases() -> Iterator[Case]:
         "Other extensions, extras and a member of a later version.",
         "A reader that refuses what it does not know.",
         tileset=_foreign,
+    )
+    yield Case(
+        "whole-numbers-with-fraction",
+        RING,
+        "Whole numbers in JSON are written as 5.0, which JSON Schema takes for integers.",
+        "A reader that uses a number as an index without making it an integer.",
+        entry=_fractions,
+        nav_json=of_first(_fractions),
     )
     yield Case(
         "overestimate",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 from pathlib import Path
@@ -59,6 +60,18 @@ def test_hex_dumps_are_the_bytes_of_committed_cases() -> None:
             expected = bytes.fromhex(digits)
             start = int(offset, 16)
             assert data[start : start + len(expected)] == expected, line
+
+
+def test_the_state_of_the_worked_example_has_the_digest_of_its_case() -> None:
+    stated = re.search(
+        r"The state is `([0-9a-f\s]+)`,\s(\d+) bytes, and its SHA-256 begins with ([0-9a-f]+)", SPEC
+    )
+    assert stated
+    state = bytes.fromhex(stated[1])
+    digest = hashlib.sha256(state).digest()
+    assert len(state) == int(stated[2])
+    assert digest.hex().startswith(stated[3])
+    assert digest in (CASES / "valid" / "one-cell" / "nav" / "0.nav").read_bytes()
 
 
 def test_links_within_the_page_lead_somewhere() -> None:
