@@ -55,12 +55,12 @@ def of_first(change: Edit) -> Callable[[Any, object], object]:
     return lambda value, _: change(value)
 
 
-def in_table(name: str, index: Any, value: object) -> Callable[[list[Tables]], None]:
+def in_table(name: str, index: Any, value: Any) -> Callable[[list[Tables]], None]:
     """Edit that sets an element of a table of the first sector."""
 
     def edit(sectors: list[Tables]) -> None:
         sectors[0][name] = sectors[0][name].copy()
-        sectors[0][name][index] = value  # type: ignore[call-overload]
+        sectors[0][name][index] = value
 
     return edit
 

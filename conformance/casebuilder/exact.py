@@ -23,6 +23,7 @@ from itertools import combinations
 from casebuilder.world import Cell, Object, Point, Shape, Triangle, World
 
 Vector = tuple[Fraction, Fraction, Fraction]
+NOTHING: Vector = (Fraction(0), Fraction(0), Fraction(0))
 
 
 def _sub(a: Vector | Point, b: Vector | Point) -> Vector:
@@ -58,9 +59,9 @@ def cell_corners(cell: Cell, exponent: int) -> tuple[Vector, ...]:
             _cross(normals[2], normals[0]),
             _cross(normals[0], normals[1]),
         ]
-        point = tuple(
-            -sum(p[3] * t[k] for p, t in zip((a, b, c), terms, strict=True)) / volume for k in range(3)
-        )
+        weighted = list(zip((a, b, c), terms, strict=True))
+        x, y, z = (-sum((p[3] * t[k] for p, t in weighted), Fraction(0)) / volume for k in range(3))
+        point = (x, y, z)
         # Planes that meet in one corner by design are only as close as float64 rounding leaves them.
         if all(_dot((p[0], p[1], p[2]), point) + p[3] <= Fraction(1, 1 << 40) for p in planes):
             scaled = (point[0] * scale, point[1] * scale, point[2] * scale)
@@ -108,7 +109,7 @@ def behind_solid(solid: Object, shape: Shape, corners: tuple[Vector, ...]) -> bo
 def segment_is_free(c: Vector, t: Vector, faces: tuple[Triangle, ...], target: int) -> bool:
     """Whether [c, t) meets no face but the target; a segment in general position only, else False."""
     for number, (v0, v1, v2) in enumerate(faces):
-        if number == target or _cross(_sub(v1, v0), _sub(v2, v0)) == (0, 0, 0):
+        if number == target or _cross(_sub(v1, v0), _sub(v2, v0)) == NOTHING:
             continue
         start, end = orient(v0, v1, v2, c), orient(v0, v1, v2, t)
         if end == 0 and start != 0:
@@ -127,8 +128,9 @@ def _mix(rng: random.Random, points: tuple[Vector | Point, ...]) -> Vector:
     # The cube lets some samples come close to a corner, where a narrow view may begin.
     weights = [rng.randint(1, 32) ** 3 for _ in points]
     total = sum(weights)
-    mixed = [sum(Fraction(w * p[k]) for w, p in zip(weights, points, strict=True)) / total for k in range(3)]
-    return (mixed[0], mixed[1], mixed[2])
+    weighted = list(zip(weights, points, strict=True))
+    x, y, z = (sum((Fraction(w * p[k]) for w, p in weighted), Fraction(0)) / total for k in range(3))
+    return (x, y, z)
 
 
 def _is_hidden(objects: tuple[Object, ...], corners: tuple[Vector, ...], number: int) -> bool:
@@ -155,7 +157,7 @@ def visible_faces(objects: tuple[Object, ...], cell: Cell, exponent: int) -> tup
     faces = tuple(t for item in objects for t in item.triangles)
     visible = []
     for number, (v0, v1, v2) in enumerate(faces):
-        if _cross(_sub(v1, v0), _sub(v2, v0)) == (0, 0, 0) or _is_hidden(objects, corners, number):
+        if _cross(_sub(v1, v0), _sub(v2, v0)) == NOTHING or _is_hidden(objects, corners, number):
             continue
         rng = random.Random(number)
         tries = ((_mix(rng, corners), _mix(rng, (v0, v1, v2))) for _ in range(400))

@@ -154,7 +154,7 @@ def _share_view(part: Json, _parts: list[bytes]) -> None:
 
 
 def _end_early(sectors: list[Tables]) -> None:
-    sectors[0]["pvs.offsets"][-1] -= 1  # type: ignore[call-overload,operator]
+    sectors[0]["pvs.offsets"][-1] -= 1
 
 
 def _one_more(table: np.ndarray) -> np.ndarray:

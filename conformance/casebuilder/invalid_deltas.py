@@ -59,7 +59,7 @@ def _send_again(sectors: list[Tables]) -> None:
 
 def _wrong_switch(sectors: list[Tables]) -> None:
     table = sectors[0]
-    table["deltas.switchCodes"][0] += 1  # type: ignore[call-overload,operator]
+    table["deltas.switchCodes"][0] += 1
 
 
 CASES: dict[str, Edits] = {

@@ -32,7 +32,7 @@ def _swap_portals(sectors: list[Tables]) -> None:
     for offsets, lists, swapped in zip(DELTA_OFFSETS, DELTA_LISTS, zip(*first, strict=True), strict=True):
         a, b = swapped
         middle = int(table[offsets][0]) + len(b[0])
-        table[offsets][1] = middle  # type: ignore[call-overload]
+        table[offsets][1] = middle
         for name, x, y in zip(lists, a, b, strict=True):
             table[name][: len(x) + len(y)] = np.concatenate((y, x))
 
@@ -47,7 +47,7 @@ def _drop_last(sectors: list[Tables]) -> None:
             table[name] = table[name][:begin].copy()
     for name in ("portals.targets", "portals.polygons"):
         table[name] = table[name][:-1].copy()
-    table["portals.offsets"][-1] -= 1  # type: ignore[call-overload,operator]
+    table["portals.offsets"][-1] -= 1
 
 
 GRAPH: dict[str, Edits] = {

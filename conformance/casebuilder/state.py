@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import struct
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from casebuilder.exact import world_pvs
 from casebuilder.metric import level_code
 from casebuilder.world import Cell, World
 
-Tables = dict[str, NDArray[np.generic]]
+Tables = dict[str, NDArray[Any]]
 """Tables of a nav file by group and member, such as pvs.faces."""
 
 COUNTS = {
@@ -76,7 +77,7 @@ def lower_pvs(world: World, states: list[State], cell: int, face: int) -> None:
     state.codes = object_codes(world, world.cells[cell], state.faces)
 
 
-def _ragged(lists: list[list[int]]) -> tuple[NDArray[np.generic], NDArray[np.generic]]:
+def _ragged(lists: list[list[int]]) -> tuple[NDArray[Any], NDArray[Any]]:
     offsets = np.cumsum([0, *map(len, lists)]).astype("<u4")
     return offsets, np.array([v for part in lists for v in part], dtype="<u4")
 

@@ -77,7 +77,7 @@ def _one_finer(states: list[State]) -> None:
 
 def _external(tileset: Json, files: Files, depth: int) -> None:
     child = tileset["root"]["children"][1]
-    inner = {
+    inner: Json = {
         "asset": {"version": "1.1"},
         "geometricError": 8.0,
         "root": {**copy.deepcopy(child), "refine": "ADD"},
