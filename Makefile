@@ -10,7 +10,7 @@ PYTEST_ARGS ?=
 
 # Programs that write committed files. With --check they only compare. (The figure has no --check: the sets that it shows
 # may grow or shrink with a new version of a library.)
-GENERATORS := $(wildcard tools/bundle_schema.py tools/property_reference.py tools/annex_a.py conformance/build_cases.py)
+GENERATORS := $(wildcard tools/bundle_schema.py tools/property_reference.py conformance/build_cases.py tools/annex_a.py)
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test check lint types contracts generated cover bless bench site clean

@@ -50,7 +50,7 @@ def place_table(folder: Path) -> Table:
     """Say what was made and where to look."""
     table = Table("where", "what", title="Where to look")
     rows = {
-        "town.ply": "the sample town; any viewer of meshes opens it",
+        "town.glb": "the sample town; any viewer of meshes opens it",
         "tileset/tileset.json": "the entry tileset; any 3D Tiles 1.1 viewer opens it",
         "tileset/contents": "the mesh as binary glTF",
         "tileset/nav": "cells, portals, sets, levels and deltas",
@@ -65,7 +65,7 @@ def main() -> int:
     """Run the demo."""
     folder = Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
-    scene, tileset, verdict = folder / "town.ply", folder / "tileset", folder / "verdict.json"
+    scene, tileset, verdict = folder / "town.glb", folder / "tileset", folder / "verdict.json"
     scene.unlink(missing_ok=True)
     run("1. a town", "tilesnav_ref.cli", "sample", scene, *SAMPLE)
     figures = run("2. encode", "tilesnav_ref.cli", "encode", scene, tileset, "--force")

@@ -13,6 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import repeat
 from queue import SimpleQueue
+from threading import Event
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,8 @@ class _Task:
     caster: RayCaster
     boxes: NDArray[np.float64]
     settings: VisibilitySettings
+    stop: Event
+    """Set when the run is to end; looked at before every cell."""
 
     def budget(self) -> Budget:
         return Budget(self.settings.attempts, self.settings.depth, self.settings.leaf_segments)
@@ -88,7 +91,7 @@ def compute_pvs(
     frame = _common_frame(scene, cells)
     geometry = build_geometry(scene, frame)
     boxes = np.stack([to_fine(cells.lower, frame), to_fine(cells.upper, frame)], axis=1)
-    task = _Task(geometry, RayCaster(geometry, frame), boxes, settings)
+    task = _Task(geometry, RayCaster(geometry, frame), boxes, settings, Event())
     blocks = make_blocks(boxes, settings.block_cells)
     logger.info("visibility: %d cells in %d blocks, %d faces", cells.count, len(blocks), scene.face_count)
     return _gather(_run(task, blocks, progress or _no_progress))
@@ -105,8 +108,15 @@ def _common_frame(scene: Scene, cells: CellComplex) -> FineFrame:
     return fine_frame(low, high)
 
 
+def usable_processors() -> int:
+    """Processors that this process may use; all of them where the system does not say."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def _run(task: _Task, blocks: list[Block], progress: Progress) -> list[_Seen]:
-    threads = task.settings.threads or len(os.sched_getaffinity(0))
+    threads = task.settings.threads or usable_processors()
     spare: SimpleQueue[Workspace] = SimpleQueue()
     for _ in range(threads):
         spare.put(task.workspace())
@@ -117,6 +127,7 @@ def _run(task: _Task, blocks: list[Block], progress: Progress) -> list[_Seen]:
                 found.update(part)
                 progress(len(found), len(task.boxes))
         except BaseException:
+            task.stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
             raise
     return [found[i] for i in range(len(task.boxes))]
@@ -135,8 +146,14 @@ def _see_block(task: _Task, block: Block, spare: SimpleQueue[Workspace]) -> dict
 
 
 def _sample(task: _Task, cell: int) -> NDArray[np.bool_]:
+    _check_stop(task)
     random = np.random.default_rng([task.settings.seed, cell])
     return sample_cell(task.geometry, task.caster, task.boxes[cell], task.settings.rays, random)
+
+
+def _check_stop(task: _Task) -> None:
+    if task.stop.is_set():
+        raise InterruptedError("visibility was asked to stop")
 
 
 State = tuple[Block, NDArray[np.bool_], dict[int, NDArray[np.bool_]]]
@@ -144,6 +161,7 @@ State = tuple[Block, NDArray[np.bool_], dict[int, NDArray[np.bool_]]]
 
 def _see(task: _Task, work: Workspace, state: State, found: dict[int, _Seen]) -> None:
     """Cull the faces hidden from a block, then go on with its halves, and decide each single cell."""
+    _check_stop(task)
     block, alive, proven = state
     alive = alive.copy()
     work.random[0] = _random_start(task.settings.seed, block)
@@ -167,8 +185,6 @@ def _decide_cell(
     task: _Task, work: Workspace, cell: int, alive: NDArray[np.bool_], proven: NDArray[np.bool_]
 ) -> _Seen:
     reasons = np.zeros(len(REASONS), np.int64)
-    if np.any(proven & ~alive):
-        raise AssertionError(f"cell {cell}: a face is proven visible and proven hidden")
     decide(task.geometry, work, task.boxes[cell], (proven, alive, reasons), task.budget())
     faces = np.flatnonzero(alive).astype(np.uint32)
     return _Seen(faces, proven[faces], reasons)
