@@ -78,7 +78,8 @@ def test_the_validator_finds_nothing(tmp_path: Path, name: str) -> None:
 
 
 def test_a_long_random_walk_over_the_deltas(tmp_path: Path) -> None:
-    out = encode_scene("box_in_room", tmp_path, "--keep-interiors", "--min-cell", "1", "--sector-cells", "10")
+    sizes = ("--min-cell", "1", "--max-cell", "2", "--sector-cells", "10")
+    out = encode_scene("box_in_room", tmp_path, "--keep-interiors", *sizes)
     tileset = open_tileset(out)
     random = np.random.default_rng(5)
     cell, visited = 0, {0}
