@@ -93,7 +93,8 @@ def _interrupted(*_: object) -> None:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_leaves_nothing(room: Path, tmp_path: Path, number: signal.Signals) -> None:
-    many = ("--quiet", "--rays", "200000", "--keep-interiors", "--min-cell", "0.5")
+    # Minutes of work, so that the run is still at it when the signal comes; a stop is heeded within a cell.
+    many = ("--quiet", "--rays", "1000000", "--keep-interiors", "--min-cell", "0.5", "--max-cell", "1")
     command = [sys.executable, "-m", "tilesnav_ref.cli", "encode", str(room), str(tmp_path / "out"), *many]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     try:
