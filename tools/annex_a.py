@@ -26,9 +26,11 @@ HEAD = """# Annex A: abstract test suite (normative)
 Written by `tools/annex_a.py` from `spec/requirements.toml` and the conformance cases.
 
 Every test has the id of its requirement, with `/conf/` instead of `/req/` before it. A test of a later stage
-is run only on what the tests of earlier stages have left sound; the stages are schema, link, binary, geometry
-and visibility. A tileset conforms to a class when no test of the class fails and none was left out. Each test
-is shown to work by the cases that it refuses, each of which breaks nothing else.
+is run only on what the tests of earlier stages have left sound; the stages are io, schema, link, binary,
+geometry and visibility. In the stage io the files are read; no requirement is judged in it, and an entry
+tileset that cannot be read is not judged at all. A tileset conforms to a class when no test of the class
+fails and none was left out. Each test is shown to work by the cases that it refuses, each of which breaks
+nothing else.
 """
 
 

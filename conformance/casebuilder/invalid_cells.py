@@ -10,7 +10,16 @@ from casebuilder.assemble import Json
 from casebuilder.edits import Edits, adding, edits, in_table, whole_table
 from casebuilder.valid import STEP
 from casebuilder.world import Cell, World, box_cell
-from casebuilder.worlds import EAST, RING, RING_PORTALS, UPPER, prism_with_tip, spare_box, with_spare
+from casebuilder.worlds import (
+    EAST,
+    RING,
+    RING_PORTALS,
+    UPPER,
+    prism_with_tip,
+    spare_box,
+    with_segment,
+    with_spare,
+)
 
 
 def _seventh(planes: np.ndarray) -> np.ndarray:
@@ -35,12 +44,18 @@ def _flat_prism() -> Cell:
     return Cell((*planes[:5], (0.0, 1.0, 0.0, -8.0)))
 
 
+def _five_planes() -> Cell:
+    prism = prism_with_tip(0.0)
+    return Cell((*prism.planes[:5], prism.planes[3]))
+
+
 SHAPES: dict[str, Edits] = {
     "cell/bounded/flipped-plane": edits(tables=in_table("cells.planes", (UPPER, 1), (-1, 0, 0, 3))),
     "cell/bounded/two-equal-planes": edits(tables=in_table("cells.planes", (UPPER, 5), (0, 0, -1, 3))),
     "cell/non-empty/too-thin": edits(world=spare_box((-5 - STEP, -7, 0.5))),
     "cell/non-empty/nothing-inside": edits(tables=in_table("cells.planes", (UPPER, 5), (0, 0, 1, -2))),
     "cell/no-redundant-plane/touches-nothing": edits(world=with_spare(_flat_prism())),
+    "cell/no-redundant-plane/same-plane-twice": edits(world=with_spare(_five_planes())),
     "cell/no-redundant-plane/facet-too-small": edits(world=with_spare(prism_with_tip(STEP * 0.55))),
 }
 
@@ -67,6 +82,7 @@ PLACES: dict[str, Edits] = {
     "cell/clear-of-geometry/tilted-plane": edits(world=_tilted()),
     "cell/clear-of-geometry/clearance-too-large": edits(world=replace(RING, clearance=0.375 + STEP / 2)),
     "cell/clear-of-geometry/poster-inside": edits(world=AROUND_POSTER),
+    "cell/clear-of-geometry/face-without-area": edits(world=with_segment(-2, (-1, 1), (1, 2))),
     "cell/disjoint-interiors/half-way-in": edits(world=spare_box((-7, -7, 0.5), (-3, 7, 3))),
     "cell/disjoint-interiors/same-cell": edits(world=with_spare(RING.cells[0])),
     "cell/disjoint-interiors/two-steps": edits(world=spare_box((-7, -7, 0.5), (-4 + 2 * STEP, 7, 3))),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import hashlib
 import math
 import struct
@@ -9,7 +10,7 @@ import struct
 from casebuilder.assemble import Json
 from casebuilder.edits import Edits, edits, of_first, setting
 from casebuilder.invalid_core import CHILD_0, CHILD_1, FACTS
-from casebuilder.valid import STEP, scaled_world
+from casebuilder.valid import STEP, coarse_file, coarse_tile, scaled_world
 from casebuilder.worlds import RING
 
 OTHER_DIGEST = hashlib.sha256(b"another file").hexdigest()
@@ -58,6 +59,37 @@ FACTS_WRONG: dict[str, Edits] = {
 }
 
 
+def _coarse_faces(tileset: Json) -> None:
+    coarse_tile(tileset)
+    tileset["root"]["children"][1]["content"]["extensions"]["3DTILES_nav"]["faceCount"] += 1
+
+
+def _coarse_volume(tileset: Json) -> None:
+    coarse_tile(tileset)
+    tileset["root"]["children"][1]["content"]["uri"] = "content/0.glb"
+    facts = tileset["root"]["children"][0]["content"]["extensions"]["3DTILES_nav"]
+    mine = tileset["root"]["children"][1]["content"]["extensions"]["3DTILES_nav"]
+    mine.update({name: facts[name] for name in ("faceCount", "objectCount", "sha256")})
+
+
+def _spare_vertex(gltf: Json, parts: list[bytes]) -> None:
+    first = gltf["accessors"][0]
+    view = gltf["bufferViews"][first["bufferView"]]
+    start, size = view["byteOffset"], view["byteLength"]
+    vertices = parts[0][start : start + size] + struct.pack("<3f", STEP / 4, 0.0, 0.0)
+    view.update(byteOffset=len(parts[0]), byteLength=len(vertices))
+    first["count"] += 1
+    parts[0] += vertices
+    gltf["buffers"][0]["byteLength"] = len(parts[0])
+
+
+COARSE_AND_SPARE: dict[str, Edits] = {
+    "core/face-count/coarse-faces": edits(tileset=_coarse_faces, files=coarse_file),
+    "core/tile-volume-bounds/coarse": edits(tileset=_coarse_volume),
+    "core/on-grid/vertex-without-index": edits(gltf=_spare_vertex),
+}
+
+
 def _break_index(gltf: Json, parts: list[bytes]) -> None:
     offset = gltf["bufferViews"][1]["byteOffset"]
     parts[0] = parts[0][:offset] + struct.pack("<H", 4) + parts[0][offset + 2 :]
@@ -74,6 +106,15 @@ def _claim_short(gltf: Json, _parts: list[bytes]) -> None:
 
 def _morph(gltf: Json, _parts: list[bytes]) -> None:
     gltf["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": 0}]
+
+
+def _no_indices(gltf: Json, _parts: list[bytes]) -> None:
+    gltf["accessors"][1]["count"] = 0
+
+
+def _data_buffer(gltf: Json, parts: list[bytes]) -> None:
+    text = base64.b64encode(parts[0]).decode()
+    gltf["buffers"][0]["uri"] = f"data:application/octet-stream;base64,{text}"
 
 
 def _hidden_mesh(gltf: Json, _parts: list[bytes]) -> None:
@@ -93,9 +134,12 @@ GLTF: dict[str, Edits] = {
     "core/content-gltf/nan-position": edits(gltf=lambda g, parts: _move(g, parts, 0, math.nan)),
     "core/content-gltf/two-instances": edits(gltf=_second_node),
     "core/content-gltf/external-buffer": edits(gltf=of_first(setting("buffers", 0, "uri", value="0.bin"))),
+    "core/content-gltf/data-buffer": edits(gltf=_data_buffer),
+    "core/content-gltf/no-triangles": edits(gltf=_no_indices),
+    "core/content-gltf/not-in-the-scene": edits(gltf=of_first(setting("scenes", 0, "nodes", value=[]))),
     "core/content-gltf/morph-targets": edits(gltf=_morph),
     "core/content-gltf/mesh-not-shown": edits(gltf=_hidden_mesh),
     "core/content-gltf/claims-10-gb": edits(gltf=of_first(setting("accessors", 0, "count", value=10**9))),
 }
 
-CASES = FACTS_WRONG | GLTF
+CASES = FACTS_WRONG | COARSE_AND_SPARE | GLTF

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -52,6 +53,16 @@ def _circle(files: Files) -> None:
         )
 
 
+def _external_twice(files: Files) -> None:
+    tileset = json.loads(files["tileset.json"])
+    children = tileset["root"]["children"]
+    inner = {"asset": {"version": "1.1"}, "geometricError": 8.0, "root": {**children[1], "refine": "ADD"}}
+    files["building.json"] = json_bytes(inner)
+    link = {**children[1], "content": {"uri": "building.json"}}
+    tileset["root"]["children"] = [children[0], link, link]
+    files["tileset.json"] = json_bytes(tileset)
+
+
 URIS: dict[str, Edits] = {
     "core/uri-inside/sector-parent-folder": edits(entry=setting(*SECTOR_URI, value="../0.nav")),
     "core/uri-inside/sector-absolute-path": edits(entry=setting(*SECTOR_URI, value="/etc/hostname")),
@@ -72,6 +83,7 @@ URIS: dict[str, Edits] = {
     "core/content-resolves/external-tileset-missing": edits(
         tileset=setting(*CHILD_1, value={"uri": "more/tileset.json"})
     ),
+    "core/content-ids-dense/external-twice": edits(files=_external_twice),
     "core/external-tilesets-end/refers-to-itself": edits(
         tileset=setting(*CHILD_1, value={"uri": "tileset.json"})
     ),

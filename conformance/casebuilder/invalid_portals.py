@@ -10,7 +10,16 @@ from casebuilder.edits import Edits, edits, in_table, setting
 from casebuilder.state import Tables
 from casebuilder.valid import STEP
 from casebuilder.world import Portal, World
-from casebuilder.worlds import RING, RING_PORTALS, TOUCHING, UPPER, small_window, x_portal, z_portal
+from casebuilder.worlds import (
+    RING,
+    RING_PORTALS,
+    TOUCHING,
+    UPPER,
+    small_window,
+    with_segment,
+    x_portal,
+    z_portal,
+)
 
 DELTA_OFFSETS = ("deltas.enteredOffsets", "deltas.leftOffsets", "deltas.switchOffsets")
 DELTA_LISTS = (("deltas.entered",), ("deltas.left",), ("deltas.switchObjects", "deltas.switchCodes"))
@@ -86,6 +95,9 @@ POLYGONS: dict[str, Edits] = {
     "portal/shared-polygon/not-neighbours": edits(world=replace(RING, portals=(*RING_PORTALS, FAR_PORTAL))),
     "portal/clear-of-geometry/wall-between": edits(
         world=replace(TOUCHING, portals=(x_portal((0, 1), 0, (-4, 4), (0.5, 3)),))
+    ),
+    "portal/clear-of-geometry/face-without-area": edits(
+        world=replace(with_segment(-0.5, (-3.5, 1), (-3, 2)), clearance=0.0)
     ),
 }
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 from casebuilder.assemble import Case, Files, Json, json_bytes
 from casebuilder.edits import of_first
 from casebuilder.state import State, object_codes
+from casebuilder.valid_forms import form_cases
 from casebuilder.world import World, box_cell, quad
 from casebuilder.worlds import (
     COARSE_LOD,
@@ -106,7 +107,8 @@ def external_files(depth: int) -> Callable[[Files], None]:
     return edit
 
 
-def _coarse(tileset: Json) -> None:
+def coarse_tile(tileset: Json) -> None:
+    """Put a content of level 1, a copy of the second one, above that."""
     fine = tileset["root"]["children"][1]
     facts = {**fine["content"]["extensions"]["3DTILES_nav"], "level": 1, "contentId": 7}
     coarse = {"uri": "content/coarse.glb", "extensions": {"3DTILES_nav": facts}}
@@ -119,7 +121,8 @@ def _coarse(tileset: Json) -> None:
     }
 
 
-def _coarse_file(files: Files) -> None:
+def coarse_file(files: Files) -> None:
+    """Write the file of the content of level 1."""
     files["content/coarse.glb"] = files["content/1.glb"]
 
 
@@ -165,8 +168,8 @@ def structure_cases() -> Iterator[Case]:
         RING,
         "A content of level 1 above a content of level 0, refined by REPLACE.",
         "A reader that counts the faces of coarse levels.",
-        tileset=_coarse,
-        files=_coarse_file,
+        tileset=coarse_tile,
+        files=coarse_file,
     )
     yield Case(
         "contents-array",
@@ -357,5 +360,6 @@ def valid_cases() -> Iterator[Case]:
     """All valid cases."""
     yield from base_cases()
     yield from structure_cases()
+    yield from form_cases()
     yield from limit_cases()
     yield from geometry_cases()

@@ -115,7 +115,13 @@ def spare_box(
 
 def with_degenerate_face() -> World:
     """Ring whose poster begins with a triangle without area."""
-    a, b, c = ((grid(0.125), grid(y), grid(z)) for y, z in ((-1, 0.5), (0, 1.25), (1, 2)))
+    return with_segment(0.125, (-1, 0.5), (1, 2))
+
+
+def with_segment(x: float, start: tuple[float, float], end: tuple[float, float]) -> World:
+    """Ring whose poster begins with a triangle without area, between two points (y, z) at an x, metres."""
+    middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2)
+    a, b, c = ((grid(x), grid(y), grid(z)) for y, z in (start, middle, end))
     poster = replace(POSTER, shapes=(Shape(((a, b, c),)), *POSTER.shapes))
     return replace(RING, objects=(GROUND, WALL, poster, BUILDING))
 

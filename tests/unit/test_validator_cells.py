@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 from validator_fixture import FLOOR, WALL, Small, box_planes, failures
 
+from tilesnav_validator.findings import Settings
+from tilesnav_validator.runner import judge
+
 STEP = 2.0**-10
 
 
@@ -242,3 +245,36 @@ def test_a_thin_wall_in_the_plane_of_a_portal(tmp_path: Path) -> None:
     assert with_wall([(0, -1, 0), (0, 1, 0), (0, 0, 1)]) == []  # touches the border only
     assert with_wall([(0, -1, 0), (0, 1, 0), (0, 0, 1 + STEP)]) == ["portal/clear-of-geometry"]
     assert with_wall([(0, 3, 1), (0, 2, 1), (0, 2, 3)]) == []
+    # faces without area: a segment in the plane, a point in it, one that crosses it, one on the border
+    assert with_wall([(0, -1, 2), (0, 1, 2), (0, 0, 2)]) == ["portal/clear-of-geometry"]
+    assert with_wall([(0, 0, 2)] * 3) == ["portal/clear-of-geometry"]
+    assert with_wall([(0, -2, 1), (0, 2, 1), (0, 0, 1)]) == []
+
+
+def test_faces_without_area_reach_into_cells_too(tmp_path: Path) -> None:
+    def with_face(*triangle: Any) -> list[str]:
+        small = Small(objects=[FLOOR, WALL, [triangle]])
+        return [name for name in failures(small.write(tmp_path), rays=0) if name.startswith("cell/")]
+
+    assert with_face((-3, 0, 0), (-3, 0, 2), (-3, 0, 4)) == ["cell/clear-of-geometry"]
+    assert with_face(*[(-3, 0, 2)] * 3) == ["cell/clear-of-geometry"]
+    assert with_face(*[(-3, 0, 0.75)] * 3) == []  # at the clearance of 0.25
+
+
+def test_polygons_that_no_portal_names(tmp_path: Path) -> None:
+    small = Small()
+    portals = small.groups["portals"]
+    portals.update(polygonOffsets=[0, 4, 6], vertices=[*portals["vertices"], [9, 9, 9], [float("nan"), 0, 0]])
+    assert failures(small.write(tmp_path), rays=0) == []
+
+
+def test_of_two_planes_of_one_half_space_neither_counts(tmp_path: Path) -> None:
+    planes = [list(plane) for plane in A]
+    root = float(np.sqrt(0.5))
+    planes[0] = [-root, 0.0, root, -root * 7]  # a slope from the upper far edge, so that five planes bound
+    planes[5] = planes[3]
+    small = Small()
+    small.groups["cells"]["planes"] = [planes, B]
+    result = judge(small.write(tmp_path), Settings(rays=0))
+    row = next(j for j in result.judgements if j.requirement.id == "cell/no-redundant-plane")
+    assert [finding.where for finding in row.findings] == ["cell 0 plane 3", "cell 0 plane 5"]

@@ -41,15 +41,56 @@ def test_json_reports_fit_their_schema(tmp_path: Path, capsys: pytest.CaptureFix
     assert cli.main([str(small.write(tmp_path)), "--json", "--rays", "500"]) == 0
     report = fits(capsys.readouterr().out)
     assert (report["verdict"], report["rays"], report["search"]["uniformRays"]) == ("valid", 500, 250)
+    assert report["notExamined"] == []
     assert [row["id"] for row in report["requirements"]] == list(registry.REGISTRY)
     small.groups["pvs"]["faces"] = [0, 1, 2, 3, 4, 0, 1, 2, 4]
     assert cli.main([str(small.write(tmp_path)), "--json"]) == 1
     report = fits(capsys.readouterr().out)
     row = next(row for row in report["requirements"] if row["id"] == "pvs/conservative")
     assert row["findings"][0]["witness"]["face"] == 3
+    assert "lod/fine-enough" in report["notExamined"]
     small.extension["grid"]["exponent"] = 1
     assert cli.main([str(small.write(tmp_path)), "--json"]) == 1
     assert set(fits(capsys.readouterr().out)["tolerances"]) == {"geometryInSteps"}
+
+
+def test_without_rays_the_verdict_is_incomplete(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(Small().write(tmp_path))
+    assert cli.main([path, "--rays", "0"]) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    said = "incomplete: nothing failed, but not examined: pvs/conservative (53 pass, 1 not run)"
+    assert last.endswith(f": {said}")
+    assert cli.main([path, "--rays", "0", "--json"]) == 0
+    report = fits(capsys.readouterr().out)
+    assert (report["verdict"], report["notExamined"]) == ("incomplete", ["pvs/conservative"])
+    small = Small()
+    small.groups["cells"]["kinds"] = [3, 4]
+    assert cli.main([str(small.write(tmp_path)), "--rays", "0", "--json"]) == 1
+    assert fits(capsys.readouterr().out)["verdict"] == "invalid"
+
+
+def test_numbers_of_rays_may_be_written_with_an_exponent() -> None:
+    assert cli._parser().parse_args(["x", "--rays", "1e7"]).rays == 10**7
+
+
+@pytest.mark.parametrize(
+    ("member", "absent"),
+    [
+        ("", set(runner._MEMBERS)),
+        ("version", {"core/version"}),
+        ("lod", {"lod/parameters"}),
+    ],
+)
+def test_requirements_on_what_is_not_there_are_not_run(tmp_path: Path, member: str, absent: set[str]) -> None:
+    small = Small()
+    if member:
+        del small.extension[member]
+    else:
+        del small.tileset["extensions"]
+    result = runner.judge(small.write(tmp_path), cli.Settings(rays=0))
+    verdicts = {j.requirement.id: j.verdict for j in result.judgements if j.requirement.stage == "schema"}
+    assert [name for name, verdict in verdicts.items() if verdict == "fail"] == ["core/entry-object"]
+    assert {name for name, verdict in verdicts.items() if verdict == "not run"} == absent
 
 
 def test_findings_beyond_the_cap_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

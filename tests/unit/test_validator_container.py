@@ -138,6 +138,16 @@ def test_padding(tmp_path: Path) -> None:
         assert failures(small.write(tmp_path), rays=0) == expected, (json_tail, binary_tail)
 
 
+def test_a_name_that_stands_twice(tmp_path: Path) -> None:
+    nav = pack_nav(*pack_tables(tables())).replace(b'"count": 2,', b'"count": 2,"count": 2,', 1)
+    text, binary = (int(number) for number in struct.unpack_from("<QQ", nav, 8))
+    text += len(b'"count": 2,')
+    spare = -text % 8
+    lengths = struct.pack("<QQ", text + spare, binary)
+    nav = nav[:8] + lengths + nav[24 : 24 + text] + b" " * spare + nav[24 + text :]
+    assert failures(Small(nav=nav).write(tmp_path), rays=0) == ["container/json"]
+
+
 def test_views_and_tables(tmp_path: Path) -> None:
     def changed(change: Any) -> list[str]:
         root, binary = pack_tables(tables())
@@ -159,6 +169,25 @@ def test_views_and_tables(tmp_path: Path) -> None:
     def seven_planes(root: dict[str, Any]) -> None:
         root["bufferViews"][0]["byteLength"] -= 32
 
+    def unused(root: dict[str, Any]) -> None:
+        root["bufferViews"].append({"buffer": 0, "byteOffset": 0, "byteLength": 0})
+
+    def unused_within(root: dict[str, Any]) -> None:
+        root["bufferViews"].append(dict(root["bufferViews"][0]))
+
+    def empty_behind(root: dict[str, Any]) -> None:
+        end = root["buffers"][0]["byteLength"]
+        assert end % 8
+        root["bufferViews"].append({"buffer": 0, "byteOffset": -(-end // 8) * 8, "byteLength": 0})
+
+    def empty_too_far(root: dict[str, Any]) -> None:
+        empty_behind(root)
+        root["bufferViews"][-1]["byteOffset"] += 8
+
+    assert changed(unused) == []
+    assert changed(unused_within) == ["container/buffer-views"]
+    assert changed(empty_behind) == []
+    assert changed(empty_too_far) == ["container/buffer-views"]
     assert changed(unaligned) == ["container/buffer-views"]
     assert changed(shared) == ["container/buffer-views"]
     assert changed(same_view) == ["container/table-lengths"]

@@ -34,6 +34,7 @@ def test_json_values() -> None:
         (b"", "Expecting value"),
         (b"{} {}", "Extra data"),
         (b'\xef\xbb\xbf{"a": 1}', "BOM|Expecting value"),
+        (b'[{"a": 1, "b": {}, "a": 1}]', "'a' stands twice"),
     ],
 )
 def test_json_that_is_refused(text: bytes, reason: str) -> None:
@@ -104,10 +105,11 @@ def test_things_that_are_no_files(tmp_path: Path) -> None:
         open_file(Path("a\0b"))
 
 
-@pytest.mark.parametrize("kind", ["missing", "pipe", "folder", "not json", "array", "deep", "nan"])
+@pytest.mark.parametrize("kind", ["missing", "pipe", "folder", "not json", "array", "deep", "nan", "twice"])
 def test_unreadable_entry_tilesets(tmp_path: Path, kind: str) -> None:
     path = tmp_path / "tileset.json"
-    text = {"not json": "{", "array": "[]", "deep": "[" * 99_999, "nan": '{"a": NaN}'}.get(kind)
+    texts = {"not json": "{", "array": "[]", "deep": "[" * 99_999, "nan": '{"a": NaN}'}
+    text = {**texts, "twice": '{"root": {}, "root": {}}'}.get(kind)
     if text is not None:
         path.write_text(text)
     elif kind == "pipe":
@@ -203,7 +205,49 @@ def test_other_json_files_are_contents_like_any_other(tmp_path: Path) -> None:
     small = Small()
     outer(small, "model.gltf")
     assert failures(small.write(tmp_path), rays=0) == []
+    (tmp_path / "model.gltf").write_text('{"asset": {"version": "2.0"}, "root": 1, "x": ')
+    (tmp_path / "shapes.json").write_text('{"type": "FeatureCollection"}')
+    outer(small, "model.gltf", "shapes.json")
+    assert failures(small.write(tmp_path), rays=0) == []
     outer(small, "broken.json")
+    assert failures(small.write(tmp_path), rays=0) == ["core/content-resolves"]
+
+
+@pytest.mark.parametrize("before", ["", " " * 100, "\ufeff"])
+def test_an_external_tileset_is_known_by_its_first_brace(tmp_path: Path, before: str) -> None:
+    external(tmp_path, "e.json", {**VOLUME, "content": {"uri": "missing.glb"}})
+    (tmp_path / "e.json").write_text(before + (tmp_path / "e.json").read_text(encoding="utf-8"), "utf-8")
+    small = Small()
+    outer(small, "e.json")
+    assert failures(small.write(tmp_path), rays=0) == ["core/content-resolves"]
+
+
+def test_an_external_tileset_that_is_referred_to_twice(tmp_path: Path) -> None:
+    small = Small()
+    small.write(tmp_path)
+    external(tmp_path, "e.json", small.root)
+    small.tileset["root"] = {**VOLUME, "contents": [{"uri": "e.json"}]}
+    assert failures(small.write(tmp_path), rays=0) == []
+    small.tileset["root"] = {**VOLUME, "contents": [{"uri": "e.json"}] * 2}
+    assert failures(small.write(tmp_path), rays=0) == ["core/content-ids-dense"]
+
+
+def test_the_entry_object_of_an_external_tileset_is_not_read(tmp_path: Path) -> None:
+    small = Small()
+    small.write(tmp_path)
+    text = {"asset": {"version": "1.1"}, "extensions": {"3DTILES_nav": {"version": "9"}}, "root": small.root}
+    (tmp_path / "e.json").write_text(json.dumps(text), encoding="utf-8")
+    small.tileset["root"] = {**VOLUME, "content": {"uri": "e.json"}}
+    assert failures(small.write(tmp_path), rays=0) == []
+
+
+def test_a_content_without_the_object_need_only_be_there(tmp_path: Path) -> None:
+    (tmp_path / "tree.glb").write_bytes(b"no glTF at all")
+    small = Small()
+    plain = {**VOLUME, "boundingVolume": {"sphere": [999, 0, 0, 0]}, "content": {"uri": "tree.glb"}}
+    small.tileset["root"] = {**VOLUME, "children": [small.root, plain]}
+    assert failures(small.write(tmp_path), rays=0) == []
+    (tmp_path / "tree.glb").unlink()
     assert failures(small.write(tmp_path), rays=0) == ["core/content-resolves"]
 
 

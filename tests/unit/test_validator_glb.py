@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -82,7 +83,16 @@ FAULTS = {
     "translation": put("nodes", 0, "translation", [0, 0, 0]),
     "skin": put("nodes", 0, "skin", 0),
     "instancing": put("nodes", 0, "extensions", {"EXT_mesh_gpu_instancing": {}}),
-    "two nodes": put("nodes", [{"mesh": 0}, {"mesh": 0}]),
+    "two nodes": put("nodes", [{"mesh": 0, "children": [1]}, {"mesh": 0}]),
+    "node twice": put("nodes", [{"mesh": 0, "children": [1, 1]}, {}]),
+    "nodes in a circle": put("nodes", [{"mesh": 0, "children": [0]}]),
+    "no such child": put("nodes", 0, "children", [1]),
+    "children": put("nodes", 0, "children", {}),
+    "no scene": put("scenes", []),
+    "other scene": put("scenes", [{}, {"nodes": [0]}]),
+    "no such scene": put("scene", 1),
+    "not in the scene": put("scenes", [{"name": "empty"}]),
+    "transform of a node not shown": put("nodes", [{"mesh": 0}, {"scale": [1, 1, 1]}]),
     "no node": put("nodes", []),
     "no such mesh": put("nodes", 0, "mesh", 1),
     "mesh true": put("nodes", 0, "mesh", True),
@@ -116,7 +126,13 @@ FAULTS = {
     "stride 2^40": put("bufferViews", 0, "byteStride", 2**40),
     "buffer length": put("buffers", 0, "byteLength", 10 * 2**30),
     "buffer uri": put("buffers", 0, "uri", "x.bin"),
-    "two buffers": put("buffers", [{"byteLength": 8}, {"byteLength": 8}]),
+    "data uri": put("buffers", 0, "uri", "data:application/octet-stream;base64,AAAA"),
+    "no buffer": put("buffers", []),
+    "view of a second buffer": lambda root: root.update(
+        buffers=[*root["buffers"], {"byteLength": 8, "uri": "x.bin"}],
+        bufferViews=[*root["bufferViews"], {"buffer": 1, "byteLength": 8}],
+    ),
+    "nothing": put("accessors", 0, "count", 0),
     "float index": put(*P0, "indices", 1),
 }
 
@@ -131,12 +147,28 @@ def test_nodes_without_a_mesh_do_no_harm() -> None:
     assert len(read(put("nodes", [{"mesh": 0, "children": [1]}, {"name": "x"}]))) == 2
 
 
+def test_a_node_outside_the_scene_shows_nothing() -> None:
+    assert len(read(put("nodes", [{"mesh": 0}, {"mesh": 0}]))) == 2
+
+    def second_scene(root: dict[str, Any]) -> None:
+        root.update(scene=1, scenes=[{"nodes": [0, 1]}, {"nodes": [1]}], nodes=[{}, {"mesh": 0}])
+
+    assert len(read(second_scene)) == 2
+
+
+def test_what_is_not_in_use_may_lie_outside() -> None:
+    def outside(root: dict[str, Any]) -> None:
+        root["buffers"].append({"byteLength": 8, "uri": "x.bin"})
+        root["images"] = [{"uri": "bricks.png"}]
+
+    assert len(read(outside)) == 2
+
+
 def test_numbers_that_are_integers_written_as_floats_count() -> None:
     assert len(read(put("accessors", 0, "count", 6.0))) == 2
 
 
-def test_empty_accessors_and_files_without_meshes() -> None:
-    assert [len(p.triangles) for p in read(put("accessors", 0, "count", 0))] == [0, 2]
+def test_files_without_meshes() -> None:
     assert glb.read(memoryview(pack_glb({"asset": {"version": "2.0"}}, b""))) == []
 
 
@@ -189,6 +221,54 @@ def test_contents_of_the_small_tileset(tmp_path: Path) -> None:
     small.root["boundingVolume"] = {"box": [0, 0, 2, 8, 0, 0, 0, 8, 0, 0, 0, 1.99]}
     assert failures(small.write(tmp_path), rays=0) == ["core/tile-volume-bounds"]
     small.root["boundingVolume"] = {"box": [0, 0, 2, 8, 0, 0, 0, 8, 0, 0, 0, 2 - 2.0**-10]}
+    assert failures(small.write(tmp_path), rays=0) == []
+
+
+def test_vertices_that_no_index_names_are_on_the_grid_too(tmp_path: Path) -> None:
+    root, binary = gltf(Small().objects)
+    spare = struct.pack("<3f", 0, 2.0**-11, 0)
+    start = len(binary)
+    last = root["accessors"][2]
+    points = binary[root["bufferViews"][2]["byteOffset"] :] + spare
+    last["count"] += 1
+    last["bufferView"] = 3
+    root["bufferViews"] += [
+        {"buffer": 0, "byteOffset": start, "byteLength": len(points)},
+        {"buffer": 0, "byteOffset": start + len(points), "byteLength": 6},
+    ]
+    root["accessors"].append({"bufferView": 4, "componentType": 5123, "count": 3, "type": "SCALAR"})
+    root["meshes"][0]["primitives"][2]["indices"] = 3
+    whole = binary + points + struct.pack("<3H", 0, 1, 2)
+    root["buffers"] = [{"byteLength": len(whole)}]
+    assert failures(Small(glb=pack_glb(root, whole)).write(tmp_path), rays=0) == ["core/on-grid"]
+
+
+def coarse(small: Small, folder: Path, objects: list[Any], **facts: int) -> None:
+    """Add a content of level 1."""
+    data = pack_glb(*gltf(objects))
+    folder.mkdir(exist_ok=True)
+    (folder / "coarse.glb").write_bytes(data)
+    nav = {"contentId": 0, "level": 1, "sha256": hashlib.sha256(data).hexdigest(), **facts}
+    content = {"uri": "coarse.glb", "extensions": {"3DTILES_nav": nav}}
+    small.tileset["root"] = {**small.root, "content": content, "children": [small.root]}
+
+
+def test_counts_and_volumes_of_a_coarse_content(tmp_path: Path) -> None:
+    off = [[(0, 0, 0), (1, 0, 0), (2, 2.0**-11, 0)]]
+    for objects, faces, parts, expected in (
+        ([FLOOR, off], 3, 2, []),
+        ([FLOOR, off], 2, 2, ["core/face-count"]),
+        ([FLOOR, off], 3, 1, ["core/face-count"]),
+        ([FLOOR, [[(0, 0, 0), (1, 0, 0), (9, 0, 0)]]], 3, 2, ["core/tile-volume-bounds"]),
+    ):
+        small = Small()
+        coarse(small, tmp_path, objects, faceCount=faces, objectCount=parts)
+        assert failures(small.write(tmp_path), rays=0) == expected
+
+
+def test_the_volume_of_a_content_is_not_judged(tmp_path: Path) -> None:
+    small = Small()
+    small.root["content"]["boundingVolume"] = {"box": [99] * 12}
     assert failures(small.write(tmp_path), rays=0) == []
 
 

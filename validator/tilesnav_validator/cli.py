@@ -35,7 +35,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="tilesnav-validate",
         description="Judge a tileset against every requirement of the extension 3DTILES_nav.",
-        epilog="Exit status: 0 valid, 1 invalid, 2 unreadable input or wrong usage, 3 internal error.",
+        epilog="Exit status: 0 nothing failed, 1 invalid, 2 unreadable or wrong usage, 3 internal error.",
     )
     default = Settings()
     parser.add_argument("tileset", nargs="?", type=Path, help="the entry tileset, a JSON file")
@@ -45,7 +45,7 @@ def _parser() -> argparse.ArgumentParser:
         type=_count,
         default=default.rays,
         metavar="N",
-        help="rays that search for missing faces (default 1e6)",
+        help="rays that search for missing faces (default 1e6); 0 leaves pvs/conservative unexamined",
     )
     parser.add_argument(
         "--seed", type=_count, default=default.seed, metavar="S", help="seed of everything random (default 0)"

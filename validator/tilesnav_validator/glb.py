@@ -100,9 +100,10 @@ class _Document:
     def __init__(self, root: dict[str, Any], binary: memoryview) -> None:
         self.views, self.accessors = _items(root, "bufferViews"), _items(root, "accessors")
         buffers = _items(root, "buffers")
-        _need(len(buffers) <= 1, "/buffers", f"{len(buffers)} buffers", "one")
         self.binary = memoryview(b"")
-        if buffers:
+        for index, view in enumerate(self.views):
+            _integer(view.get("buffer"), f"/bufferViews/{index}/buffer", min(len(buffers), 1))
+        if self.views:  # else no buffer is in use
             _need("uri" not in buffers[0], "/buffers/0/uri", "a uri", "none: the binary part of the file")
             size = _integer(buffers[0].get("byteLength"), "/buffers/0/byteLength", len(binary) + 1)
             self.binary = binary[:size]
@@ -116,7 +117,6 @@ class _Document:
             "compressed",
             "uncompressed",
         )
-        _integer(view.get("buffer"), f"{where}/buffer", 1)
         start = _integer(view.get("byteOffset", 0), f"{where}/byteOffset", len(self.binary) + 1)
         size = _integer(view.get("byteLength"), f"{where}/byteLength", len(self.binary) - start + 1)
         stride = view.get("byteStride")
@@ -148,19 +148,44 @@ class _Document:
         return np.ndarray((count, width), dtype, data, start, (step, dtype.itemsize)).copy()
 
 
+def _links(parent: dict[str, Any], name: str, where: str, below: int) -> list[int]:
+    """A list of indices, empty when missing."""
+    value = parent.get(name, [])
+    _need(isinstance(value, list), f"{where}/{name}", type(value).__name__, "an array of integers")
+    return [_integer(item, f"{where}/{name}/{place}", below) for place, item in enumerate(value)]
+
+
+def _shown_nodes(root: dict[str, Any], nodes: list[dict[str, Any]]) -> list[int]:
+    """Nodes of the scene of the file, each once: ``scene``, or the first where that is left out."""
+    scenes = _items(root, "scenes")
+    if not scenes:
+        return []
+    scene = _integer(root.get("scene", 0), "/scene", len(scenes))
+    pending = _links(scenes[scene], "nodes", f"/scenes/{scene}", len(nodes))
+    shown: dict[int, None] = {}
+    while pending:
+        index = pending.pop()
+        _need(index not in shown, f"/nodes/{index}", "reached twice from the scene", "once: a strict tree")
+        shown[index] = None
+        pending += _links(nodes[index], "children", f"/nodes/{index}", len(nodes))
+    return list(shown)
+
+
 def _check_nodes(root: dict[str, Any], mesh_count: int) -> None:
-    """Every mesh is instanced by exactly one node, and no node moves anything."""
+    """Every mesh is shown by exactly one node of the scene, and no node moves anything."""
     used = [0] * mesh_count
-    for index, node in enumerate(_items(root, "nodes")):
+    nodes = _items(root, "nodes")
+    shown = set(_shown_nodes(root, nodes))
+    for index, node in enumerate(nodes):
         where = f"/nodes/{index}"
         for name in (*_TRANSFORMS, "skin"):
             _need(name not in node, f"{where}/{name}", "present", "no transform")
         extensions = _object(node, "extensions", where)
         _need("EXT_mesh_gpu_instancing" not in extensions, f"{where}/extensions", "instancing", "none")
         if "mesh" in node:
-            used[_integer(node["mesh"], f"{where}/mesh", mesh_count)] += 1
+            used[_integer(node["mesh"], f"{where}/mesh", mesh_count)] += index in shown
     for index, count in enumerate(used):
-        _need(count == 1, f"/meshes/{index}", f"instanced by {count} nodes", "exactly one")
+        _need(count == 1, f"/meshes/{index}", f"shown by {count} nodes of the scene", "exactly one")
 
 
 def _read_primitive(document: _Document, primitive: dict[str, Any], where: str) -> Primitive:
@@ -179,7 +204,8 @@ def _read_primitive(document: _Document, primitive: dict[str, Any], where: str) 
         ].astype(np.int64)
     else:
         indices = np.arange(len(positions), dtype=np.int64)
-    _need(len(indices) % 3 == 0, f"{where}/indices", f"{len(indices)} indices", "a multiple of 3")
+    whole = len(indices) > 0 and len(indices) % 3 == 0
+    _need(whole, f"{where}/indices", f"{len(indices)} indices", "a multiple of 3 above 0")
     top = int(indices.max(initial=-1))
     _need(top < len(positions), f"{where}/indices", f"index {top}", f"less than {len(positions)}")
     return Primitive(positions, indices.reshape(-1, 3))

@@ -23,7 +23,8 @@ def as_json(result: Result, path: Path) -> dict[str, Any]:
         "toolVersion": __version__,
         "specVersion": SPEC_VERSION,
         "input": str(path),
-        "verdict": "valid" if result.valid else "invalid",
+        "verdict": result.verdict,
+        "notExamined": result.not_examined,
         "seed": settings.seed,
         "rays": settings.rays,
         "tolerances": _tolerances(result),
@@ -77,4 +78,10 @@ def as_text(result: Result, path: Path) -> Iterator[str]:
     for judgement in result.judgements:
         counts[judgement.verdict] += 1
     summary = ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count)
-    yield f"{path}: {'valid' if result.valid else 'invalid'} ({summary})"
+    yield f"{path}: {_verdict(result)} ({summary})"
+
+
+def _verdict(result: Result) -> str:
+    if result.verdict != "incomplete":
+        return result.verdict
+    return f"incomplete: nothing failed, but not examined: {', '.join(result.not_examined)}"

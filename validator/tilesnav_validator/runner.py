@@ -60,6 +60,18 @@ class Result:
         """Whether no requirement of severity ``error`` has failed."""
         return not any(j.verdict == "fail" and j.requirement.severity == "error" for j in self.judgements)
 
+    @property
+    def not_examined(self) -> list[str]:
+        """Ids of the requirements that were not run."""
+        return [j.requirement.id for j in self.judgements if j.verdict == "not run"]
+
+    @property
+    def verdict(self) -> str:
+        """``valid``, ``invalid``, or ``incomplete`` where nothing failed and not everything was examined."""
+        if not self.valid:
+            return "invalid"
+        return "incomplete" if self.not_examined else "valid"
+
 
 def judge(path: Path, settings: Settings) -> Result:
     """Judge a tileset.
@@ -149,9 +161,18 @@ class _Run:
         found = self.schema_errors.pop(requirement.id, [])
         yield from found
         if requirement.checked_by == "schema" or found:
-            return None
+            return self._absent(_MEMBERS.get(requirement.id))
         outcome = yield from cast(Findings, self.checks[requirement.id].run(self.subject))
         return outcome
+
+    def _absent(self, member: str | None) -> NotRun | None:
+        """Whether the member of the entry object that a requirement is about is missing."""
+        node: object = self.subject.entry
+        for name in () if member is None else ("extensions", EXTENSION, member):
+            if not isinstance(node, dict) or name not in node:
+                return NotRun(f"no {name}")
+            node = node[name]
+        return None
 
     def _read_nav_files(self) -> None:
         for sector in self.subject.sectors:
@@ -166,6 +187,15 @@ class _Run:
 
 
 _GOOD = ("pass", "not refuted")
+
+_MEMBERS = {
+    "core/version": "version",
+    "core/grid-exponent": "grid",
+    "core/sectors-listed": "sectors",
+    "lod/parameters": "lod",
+    "provenance/stated": "provenance",
+}
+"""Requirements on one member of the entry object; that it is there is the subject of core/entry-object."""
 
 
 def _collect(requirement: Requirement, findings: Findings) -> Judgement:

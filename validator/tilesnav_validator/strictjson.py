@@ -35,8 +35,18 @@ def _bounded(text: str) -> int:
     return int(text)
 
 
+def _unique(members: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object; of two members with one name, readers disagree about which one counts."""
+    found = dict(members)
+    if len(found) < len(members):
+        names = [name for name, _ in members]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise JsonError(f"the member name {twice[:100]!r} stands twice in an object")
+    return found
+
+
 def parse(data: bytes) -> Any:
-    """Parse UTF-8 JSON; refuse NaN, infinities, overflow, excessive depth and excessive length.
+    """Parse UTF-8 JSON; refuse NaN, infinities, overflow, names given twice, excessive depth and length.
 
     Raises
     ------
@@ -47,7 +57,11 @@ def parse(data: bytes) -> Any:
         raise JsonError(f"{len(data)} bytes of JSON, more than {MAX_BYTES}")
     try:
         return json.loads(
-            data.decode("utf-8"), parse_constant=_refuse_constant, parse_float=_finite, parse_int=_bounded
+            data.decode("utf-8"),
+            object_pairs_hook=_unique,
+            parse_constant=_refuse_constant,
+            parse_float=_finite,
+            parse_int=_bounded,
         )
     except RecursionError:
         raise JsonError("nested too deep") from None

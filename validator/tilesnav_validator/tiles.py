@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -19,6 +20,8 @@ EXTENSION = "3DTILES_nav"
 MAX_NESTED = 32
 MAX_TILES = 2**21
 """Most tiles that are walked; a tileset that refers to itself in a fan would otherwise never end."""
+
+_OBJECT = re.compile(rb"(\xef\xbb\xbf)?[ \t\r\n]*\{")
 
 FloatArray = NDArray[np.float64]
 
@@ -193,7 +196,7 @@ def _visit_content(folder: Folder, step: _Step, tile_json: dict[str, Any], resul
     if is_nav:
         data = found[1] if found else None
         result.contents.append(Content(place, step.parent, extensions[EXTENSION], data))
-    elif found and _looks_like_json(found[1]):
+    elif found and _may_be_tileset(*found):
         yield from _external(found, f"{place}/uri", step, result)
 
 
@@ -219,8 +222,10 @@ def _open(
         return None
 
 
-def _looks_like_json(data: memoryview) -> bool:
-    return bytes(data[:64]).lstrip().startswith(b"{")
+def _may_be_tileset(place: tuple[str, ...], data: memoryview) -> bool:
+    """Whether a file looks like a JSON object (with a byte order mark, it is one that cannot be read), and is
+    not called a glTF."""
+    return not place[-1].lower().endswith(".gltf") and _OBJECT.match(data) is not None
 
 
 def _external(

@@ -132,10 +132,12 @@ def _views(members: Fields, limit: int) -> tuple[tuple[int, int], ...]:
     views = []
     for view in members.list_of_fields("bufferViews"):
         view.integer("buffer", 0, 0)
-        first = view.integer("byteOffset", 0, limit)
+        length = view.integer("byteLength", 0, limit)
+        # An empty view may begin where the padding ends; it has no byte that could be read from there.
+        first = view.integer("byteOffset", 0, limit - length if length else -(-limit // 8) * 8)
         if first % 8:
             raise view.error("byteOffset", first, "a multiple of 8")
-        views.append((first, first + view.integer("byteLength", 0, limit - first)))
+        views.append((first, first + length))
     filled = sorted(view for view in views if view[0] < view[1])
     for before, after in pairwise(filled):
         if after[0] < before[1]:

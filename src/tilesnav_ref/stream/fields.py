@@ -32,8 +32,10 @@ class Fields:
         return name in self.members
 
     def integer(self, name: str, low: int = 0, high: int = COUNT_LIMIT) -> int:
-        """Return an integer from low to high; raises TilesetError for anything else."""
+        """Return an integer from low to high, which may be written as 5.0; raises TilesetError otherwise."""
         value = self._value(name)
+        if isinstance(value, float) and value.is_integer():
+            value = int(value)
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
             raise self.error(name, value, f"an integer from {low} to {high}")
         return value

@@ -75,11 +75,11 @@ def no_redundant_plane(subject: Subject) -> Findings:
     own = np.take_along_axis(planes, plane[:, None, None], axis=1)
     turned = np.abs(planes[..., :3] - own[..., :3]).max(axis=2) <= SAME_DIRECTION
     same = turned & (np.abs(planes[..., 3] - own[..., 3]) <= subject.tolerance)
-    repeats = (same & (np.arange(6) < plane[:, None])).any(axis=1)
+    repeats = (same & (np.arange(6) != plane[:, None])).any(axis=1)
     allowed = f"a facet of its own of more than {subject.step**2:.3g} m2"
     for index in np.flatnonzero((area <= subject.step**2) | repeats):
         subject.reject_cell(cells[index])
-        measured = "the plane of another facet" if repeats[index] else f"a facet of {area[index]:.3g} m2"
+        measured = "the half-space of another plane" if repeats[index] else f"a facet of {area[index]:.3g} m2"
         yield Finding(f"cell {cells[index]} plane {plane[index]}", measured, allowed)
     return None if len(cells) else NO_CELL
 

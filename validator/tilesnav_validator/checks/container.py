@@ -50,7 +50,8 @@ def _buffer_views(sector: NavFile) -> Iterator[Finding]:
     for index in range(len(sector.json["bufferViews"])):
         offset, size = sector.view(index)
         where = f"{sector.name}#/bufferViews/{index}"
-        if offset + size > length:
+        room = length if size else sector.binary_bytes  # an empty view may begin where padding ends
+        if offset + size > room:
             yield Finding(where, f"bytes {offset} to {offset + size}", f"within the buffer of {length} bytes")
         elif offset % ALIGNMENT:
             yield Finding(f"{where}/byteOffset", str(offset), f"a multiple of {ALIGNMENT}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -42,21 +42,34 @@ def on_grid(subject: Subject) -> Iterator[Finding]:
 
 @check("core/face-count", needs=("core/content-gltf",))
 def face_count(subject: Subject) -> Iterator[Finding]:
-    """Counts of the contents, then their sums, which say nothing new where a content is wrong."""
+    """Counts of the contents, then their sums, which say nothing new where a content of level 0 is wrong."""
     totals = {"faceCount": 0, "objectCount": 0}
     wrong = False
     for content, primitives in zip(subject.finest, subject.primitives, strict=True):
-        found = {"faceCount": sum(len(part.triangles) for part in primitives), "objectCount": len(primitives)}
-        for name, count in found.items():
+        for finding in _wrong_counts(content, primitives):
+            wrong = True
+            yield finding
+        for name, count in _counts(primitives).items():
             totals[name] += count
-            if content.nav[name] != count:
-                wrong = True
-                where = f"{content.place}/extensions/{EXTENSION}/{name}"
-                yield Finding(where, str(content.nav[name]), f"{count}, counted")
+    for content in subject.walk.contents:
+        coarse = _decoded(content) if content.nav["level"] != 0 else None
+        if coarse is not None:
+            yield from _wrong_counts(content, coarse)
     for name, count in totals.items():
         if not wrong and subject.nav[name] != count:
             where = f"{subject.entry_name}#/extensions/{EXTENSION}/{name}"
             yield Finding(where, str(subject.nav[name]), f"{count}, counted")
+
+
+def _counts(primitives: Sequence[glb.Primitive]) -> dict[str, int]:
+    return {"faceCount": sum(len(part.triangles) for part in primitives), "objectCount": len(primitives)}
+
+
+def _wrong_counts(content: Content, primitives: Sequence[glb.Primitive]) -> Iterator[Finding]:
+    for name, count in _counts(primitives).items():
+        if content.nav[name] != count:
+            where = f"{content.place}/extensions/{EXTENSION}/{name}"
+            yield Finding(where, str(content.nav[name]), f"{count}, counted")
 
 
 @check("core/tile-volume-bounds", needs=("core/on-grid", "core/content-transform"))
@@ -64,7 +77,10 @@ def tile_volume_bounds(subject: Subject) -> Iterator[Finding]:
     """Volumes of the tiles above every nav content."""
     reported = set()
     for content in subject.walk.contents:
-        positions = _positions(content)
+        primitives = _decoded(content)
+        if primitives is None:
+            continue
+        positions = np.concatenate([np.zeros((0, 3)), *(part.positions for part in primitives)])
         to_tile = np.eye(4)
         for tile in content.tile.chain():
             local = positions @ to_tile[:3, :3].T + to_tile[:3, 3]
@@ -80,11 +96,10 @@ def tile_volume_bounds(subject: Subject) -> Iterator[Finding]:
             to_tile = tile.transform @ to_tile
 
 
-def _positions(content: Content) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    """Positions of a content; none for a coarse one that this reader does not understand."""
+def _decoded(content: Content) -> list[glb.Primitive] | None:
+    """Primitives of a content; None for a coarse one that this reader does not understand."""
     assert content.data is not None
     try:
-        primitives = glb.read(content.data)
+        return glb.read(content.data)
     except glb.GlbError:
-        return np.zeros((0, 3))
-    return np.concatenate([np.zeros((0, 3)), *(part.positions for part in primitives)])
+        return None
