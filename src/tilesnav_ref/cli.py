@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import signal
 import sys
 import threading
@@ -67,19 +68,42 @@ def _encode(given: Namespace) -> None:
     with stage_lines(Console(stderr=True), given.quiet) as progress:
         encode(given.scene, given.out, settings, given.force, progress)
     if not given.quiet:
-        print_figures(Console(), figures(open_tileset(given.out)))
+        found = figures(open_tileset(given.out))
+        with _closed_pipe_is_no_error():
+            print_figures(_Output(), found)
 
 
 def _info(given: Namespace) -> None:
     found = figures(open_tileset(given.tileset))
-    if given.json:
-        print(json.dumps(found, indent=1))
-    else:
-        print_figures(Console(), found)
+    with _closed_pipe_is_no_error():
+        if given.json:
+            print(json.dumps(found, indent=1))
+        else:
+            print_figures(_Output(), found)
 
 
 def _sample(given: Namespace) -> None:
-    print(write_sample(given.out, town_settings(given)))
+    written = write_sample(given.out, town_settings(given))
+    with _closed_pipe_is_no_error():
+        print(written)
+
+
+class _Output(Console):
+    """Standard output; rich would end the process with status 1 where a pipe has been closed."""
+
+    def on_broken_pipe(self) -> None:
+        """Leave the decision to the command."""
+        raise BrokenPipeError
+
+
+@contextmanager
+def _closed_pipe_is_no_error() -> Iterator[None]:
+    """Print until the reader has seen enough, as `head` has after some lines; the work is done by then."""
+    try:
+        yield
+        sys.stdout.flush()
+    except BrokenPipeError:  # what is left in the buffer must not raise again at the end of the program
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _fail(message: str, status: int, debug: bool) -> int:

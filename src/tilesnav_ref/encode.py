@@ -46,7 +46,7 @@ def encode(
         with watch.stage("visibility") as steps:
             pvs = compute_pvs(scene, cells, settings.visibility, steps)
         with watch.stage("levels") as steps:
-            lod = choose_levels(scene, cells, pvs, settings.lod, steps)
+            lod = choose_levels(scene, cells, pvs, settings.lod, steps, settings.visibility.threads)
         with watch.stage("deltas"):
             deltas = make_deltas(cells, pvs, lod)
         with watch.stage("write"):

@@ -6,7 +6,6 @@ import dataclasses
 from itertools import combinations
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_cells_overlap import meets_by_clipping
@@ -177,12 +176,11 @@ def test_cells_from_the_sky_are_connected_cells_of_all(scene: Scene) -> None:
     assert len(reached) == kept.count
 
 
-def test_same_cells_whatever_the_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_same_cells_whatever_the_number_of_threads() -> None:
     scene = make_scene(np.random.default_rng(3).integers(0, 32, (6, 3, 3)))
     results = []
     for count in (1, 4, 4):
-        monkeypatch.setattr("tilesnav_ref.cells.decomposition.cpu_count", lambda count=count: count)
-        results.append(run(scene, max_size=1.0))
+        results.append(run(scene, max_size=1.0, threads=count))
     first = results[0]
     assert first is not None
     for other in results[1:]:

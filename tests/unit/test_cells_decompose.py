@@ -194,6 +194,7 @@ def test_neighbours_in_the_list_are_near_in_space() -> None:
         ({"seeds": ((15.0, 15.0, 1000.0),)}, "outside the domain"),
         ({"seeds": ()}, "seeds is empty"),
         ({"max_cells": 10}, "too many cells"),
+        ({"threads": -1}, "threads is -1"),
         ({"altitude_min": 50.0}, "altitude_min"),
         ({"altitude_max": 0.5}, "at least one cell"),
         ({"max_size": 1.0, "min_size": 1.0, "altitude_max": 1.0}, "no free space"),

@@ -38,6 +38,7 @@ OPTIONS = {
     "--seed 7": ("cells", "coverage_seed", 7),
     "--seed 8": ("visibility", "seed", 8),
     "--threads 3": ("visibility", "threads", 3),
+    "--threads 4": ("cells", "threads", 4),
     "--rays 0": ("visibility", "rays", 0),
     "--attempts 9": ("visibility", "attempts", 9),
     "--depth 5": ("visibility", "depth", 5),

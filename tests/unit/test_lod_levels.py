@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 from tilesnav_ref.cells.model import CellComplex
-from tilesnav_ref.lod import LodSettings, choose_levels, level_codes, region_maximum
+from tilesnav_ref.lod import LodSettings, choose_levels, level_codes, levels, region_maximum
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility.model import PvsTable
 
@@ -114,3 +115,19 @@ def test_progress_ends_at_the_number_of_tasks() -> None:
     seen: list[tuple[int, int]] = []
     choose_levels(*make_case(0), progress=lambda done, tasks: seen.append((done, tasks)))
     assert seen == [(1, 1)]
+
+
+def test_threads_are_as_many_as_asked_for_and_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+
+    def pool(count: int) -> ThreadPoolExecutor:
+        asked.append(count)
+        return ThreadPoolExecutor(count)
+
+    monkeypatch.setattr(levels, "ThreadPoolExecutor", pool)
+    monkeypatch.setattr(levels, "_GROUPS_A_TASK", 5)
+    one, three = (choose_levels(*make_case(0), threads=threads) for threads in (1, 3))
+    assert asked == [1, 3]
+    assert np.array_equal(one.lod_codes, three.lod_codes)
+    with pytest.raises(ValueError, match="threads is -1"):
+        choose_levels(*make_case(0), threads=-1)

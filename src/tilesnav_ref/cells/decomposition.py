@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from os import cpu_count
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from tilesnav_ref.cells.portals import find_contacts, open_contacts, portal_tabl
 from tilesnav_ref.cells.selection import cell_kinds, open_sky, seed_points, select_reachable, spatial_order
 from tilesnav_ref.cells.settings import CellError, CellSettings
 from tilesnav_ref.kernels import kernel
+from tilesnav_ref.processors import thread_count
 from tilesnav_ref.scene.model import Scene
 
 _LOG = logging.getLogger(__name__)
@@ -56,7 +56,11 @@ def _divide_roots(
 
 
 def _free_boxes(
-    buckets: FaceBuckets, roots: NDArray[np.int64], sizes: GridSizes, limit: int, progress: Progress | None
+    buckets: FaceBuckets,
+    roots: NDArray[np.int64],
+    sizes: GridSizes,
+    settings: CellSettings,
+    progress: Progress | None,
 ) -> NDArray[np.int64]:
     """All free boxes of the roots; the order depends on the roots alone, not on the threads."""
     frame, lists = (buckets.origin, buckets.size, buckets.shape), (buckets.offsets, buckets.faces)
@@ -73,13 +77,15 @@ def _free_boxes(
             )
         return np.asarray(found[:count])
 
-    with ThreadPoolExecutor(cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(thread_count(settings.threads)) as pool:
         for done, found in enumerate(pool.map(divide, parts), start=1):
             boxes.append(found)
             total += len(found)
-            if total > limit:
+            if total > settings.max_cells:
                 pool.shutdown(cancel_futures=True)
-                raise CellError(f"too many cells: more than {total} free boxes; allowed: max_cells = {limit}")
+                raise CellError(
+                    f"too many cells: more than {total} free boxes; allowed: max_cells = {settings.max_cells}"
+                )
             if progress is not None:
                 progress(done, len(parts))
     return np.concatenate(boxes)
@@ -163,7 +169,7 @@ def decompose(
     buckets = _buckets_around(scene, domain, sizes)
     roots = make_roots(domain, sizes, settings.max_cells)
     domain = np.stack((roots[:, 0].min(axis=0), roots[:, 1].max(axis=0)))
-    boxes = _free_boxes(buckets, roots, sizes, settings.max_cells, progress)
+    boxes = _free_boxes(buckets, roots, sizes, settings, progress)
     if len(boxes) == 0:
         raise CellError(
             f"no free space: no box of {sizes.min_size * scene.step} m with a clearance of "

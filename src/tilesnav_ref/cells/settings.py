@@ -50,6 +50,8 @@ class CellSettings:
     """Seed of these points."""
     max_cells: int = 2_000_000
     """A decomposition into more boxes than this is refused."""
+    threads: int = 0
+    """Threads that divide the space; 0: one for each usable processor. Cells do not depend on it."""
 
     def __post_init__(self) -> None:
         positive = {"min_size": self.min_size, "max_size": self.max_size, "voxel_size": self.voxel_size}
@@ -71,6 +73,8 @@ class CellSettings:
             raise CellError(f"max_size is {self.max_size} m; allowed: at least min_size, {self.min_size} m")
         if self.method not in ("boxes", "voxel"):
             raise CellError(f"method is {self.method!r}; allowed: 'boxes', 'voxel'")
+        if self.threads < 0:
+            raise CellError(f"threads is {self.threads}; allowed: 0 or greater")
         if self.coverage_points < 1 or self.max_cells < 1:
             raise CellError(
                 f"coverage_points is {self.coverage_points}, max_cells is {self.max_cells}; "

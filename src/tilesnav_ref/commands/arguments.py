@@ -164,7 +164,7 @@ def _add_encode(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="no progress and no summary")
     parser.add_argument("--seed", type=_integer(0), metavar="N", help="start of all random numbers")
     parser.add_argument(
-        "--threads", type=_integer(0), metavar="N", help="threads that look for visible faces; 0: all"
+        "--threads", type=_integer(0), metavar="N", help="threads of each stage; 0: one for each processor"
     )
     _add_scene_options(parser.add_argument_group("scene"))
     _add_cell_options(parser.add_argument_group("cells"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
@@ -16,6 +15,7 @@ from tilesnav_ref.lod.maximum import region_maximum
 from tilesnav_ref.lod.model import LodSettings, LodTable
 from tilesnav_ref.lod.nearest import Vector
 from tilesnav_ref.lod.screen import cheap_bounds, paired_bound
+from tilesnav_ref.processors import thread_count
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility.model import PvsTable
 
@@ -114,6 +114,7 @@ def choose_levels(
     pvs: PvsTable,
     settings: LodSettings | None = None,
     progress: Progress | None = None,
+    threads: int = 0,
 ) -> LodTable:
     """Level code of every object in the PVS of every cell.
 
@@ -125,6 +126,8 @@ def choose_levels(
         Scale of the codes; None: the defaults.
     progress
         Called with the number of finished and of all tasks.
+    threads
+        0: one for each usable processor. Codes do not depend on it.
 
     Returns
     -------
@@ -146,7 +149,7 @@ def choose_levels(
     mesh, limits = _mesh_in_metres(scene), thresholds(settings)
     groups = (cell_of, starts, np.ascontiguousarray(pvs.pvs_faces))
     spans = [(g, min(g + _GROUPS_A_TASK, len(codes))) for g in range(0, len(codes), _GROUPS_A_TASK)]
-    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(thread_count(threads)) as pool:
         tasks = pool.map(lambda span: _code_groups(boxes, mesh, groups, limits, codes, span), spans)
         for done, _ in enumerate(tasks, start=1):
             if progress is not None:

@@ -7,7 +7,6 @@ top-down over the box hierarchy, face by face at its leaves. A face that neither
 from __future__ import annotations
 
 import logging
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.processors import thread_count
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility.blocks import Block, make_blocks
 from tilesnav_ref.visibility.certify import RANDOM_MODULUS, REASONS, Budget, Workspace, make_workspace
@@ -108,15 +108,8 @@ def _common_frame(scene: Scene, cells: CellComplex) -> FineFrame:
     return fine_frame(low, high)
 
 
-def usable_processors() -> int:
-    """Processors that this process may use; all of them where the system does not say."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
 def _run(task: _Task, blocks: list[Block], progress: Progress) -> list[_Seen]:
-    threads = task.settings.threads or usable_processors()
+    threads = thread_count(task.settings.threads)
     spare: SimpleQueue[Workspace] = SimpleQueue()
     for _ in range(threads):
         spare.put(task.workspace())
