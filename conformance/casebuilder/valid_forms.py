@@ -33,12 +33,13 @@ def _foreign_contents(tileset: Json) -> None:
     small = {"sphere": [0, 0, 0, 0]}
     tileset["root"]["children"] += [
         {"boundingVolume": small, "geometricError": 0.0, "content": {"uri": f"content/{name}"}}
-        for name in ("tree.gltf", "tree.b3dm")
+        for name in ("tree.gltf", "tree.b3dm", "shapes.json")
     ]
 
 
 def _foreign_files(files: Files) -> None:
     files["content/tree.gltf"] = json_bytes({"asset": {"version": "2.0"}, "scenes": [{}]})
+    files["content/shapes.json"] = json_bytes({"type": "FeatureCollection", "features": []})
     files["content/tree.b3dm"] = b"b3dm, cut off"
 
 
@@ -70,9 +71,9 @@ def _combined(files: Files) -> None:
     }
     tileset["root"]["children"][1] = {
         **tileset["root"]["children"][1],
-        "content": {"uri": "building.json"},
+        "content": {"uri": "building.tileset"},
     }
-    files["building.json"] = json_bytes(inner)
+    files["building.tileset"] = json_bytes(inner)
     files["tileset.json"] = json_bytes(tileset)
 
 
@@ -96,7 +97,7 @@ def form_cases() -> Iterator[Case]:
     yield Case(
         "foreign-contents",
         RING,
-        "Contents without the object beside the others: a glTF in the form of JSON, and another format.",
+        "Contents without the object beside the others: a glTF and shapes in the form of JSON, others.",
         "A reader that takes all JSON for tilesets, or all contents for its own.",
         tileset=_foreign_contents,
         files=_foreign_files,
@@ -125,7 +126,7 @@ def form_cases() -> Iterator[Case]:
     yield Case(
         "external-entry-object",
         RING,
-        "An external tileset has an entry object of its own, of an unknown version.",
-        "A reader that takes the last entry object it meets.",
+        "An external tileset with an ending of its own has an entry object, of an unknown version.",
+        "A reader that takes the last entry object it meets, or knows tilesets by the ending .json.",
         files=_combined,
     )

@@ -16,6 +16,8 @@ from tilesnav_ref.stream.uris import read_bytes, resolve_uri
 EXTENSION = "3DTILES_nav"
 DEPTH_LIMIT = 32
 """External tilesets may be nested this deep."""
+CHUNK_BYTES = 4096
+"""Bytes of a file in which the first character of a JSON text is looked for."""
 
 
 @dataclass(frozen=True)
@@ -55,10 +57,12 @@ def find_contents(entry: Fields, path: Path, root: Path) -> tuple[ContentRef, ..
                 tiles.extend(tile.list_of_fields("children"))
             for content in _contents_of(tile):
                 target = resolve_uri(content, document.folder, root)
-                if target.suffix == ".json":
-                    documents.append(_external(document, target))
-                elif _is_nav_content(content):
-                    found.append(_content_ref(content, target))
+                if _is_nav_content(content):
+                    if _level(content) == 0:
+                        found.append(_content_ref(content, target))
+                elif _may_be_tileset(target):
+                    inner = _external(document, target)
+                    documents.extend([inner] if inner.tileset.has("root") else [])
     found.sort(key=lambda content: content.content_id)
     ids = [content.content_id for content in found]
     if ids != list(range(len(ids))):
@@ -94,6 +98,17 @@ def _contents_of(tile: Fields) -> list[Fields]:
     return [*contents, tile.fields("content")] if tile.has("content") else contents
 
 
+def _may_be_tileset(target: Path) -> bool:
+    """Whether a content without the object is to be read: a tileset may have any name, a glTF has its own."""
+    if target.suffix in (".json", ".gltf"):
+        return target.suffix == ".json"
+    try:
+        with target.open("rb") as file:
+            return file.read(CHUNK_BYTES).lstrip(b" \t\r\n").startswith(b"{")
+    except OSError:  # contents for viewers are none of this reader's business
+        return False
+
+
 def _external(document: _Document, target: Path) -> _Document:
     if target in document.chain:
         raise TilesetError(
@@ -108,7 +123,7 @@ def _external(document: _Document, target: Path) -> _Document:
 
 
 def _is_nav_content(content: Fields) -> bool:
-    return content.has("extensions") and content.fields("extensions").has(EXTENSION) and _level(content) == 0
+    return content.has("extensions") and content.fields("extensions").has(EXTENSION)
 
 
 def _level(content: Fields) -> int:
