@@ -35,6 +35,8 @@ Trying three instead of all left 60 % more faces undecided and took twice the ti
 is not hidden as a node is tried again face by face, and an undecided face costs its whole budget.
 """
 RANDOM_MODULUS = 2**31 - 1
+TRIAL_SHARE = 8
+"""After one such part of its budget a face is given up when, at the rate so far, the budget would not do."""
 
 
 class Workspace(NamedTuple):
@@ -192,7 +194,11 @@ def decide_face(geometry, work, cell, face, budget):  # type: ignore[no-untyped-
     work.parts[0] = geometry.corners[face]
     work.levels[0] = 0
     top = 1
-    for _ in range(budget.attempts):
+    box, part = work.cells[0], work.parts[0]
+    done = 0.0  # share of all pairs (c, t) that is proved, as far as halves are halves
+    for tried in range(budget.attempts):
+        if tried * TRIAL_SHARE >= budget.attempts and done * budget.attempts < tried:
+            break
         top -= 1
         box, part, level = work.cells[top].copy(), work.parts[top].copy(), work.levels[top]
         segment = (inner_point(work.random, box), inner_point_of_face(work.random, part))
@@ -203,6 +209,7 @@ def decide_face(geometry, work, cell, face, budget):  # type: ignore[no-untyped-
         if reason == PROVED:
             if top == 0:
                 return HIDDEN
+            done += 0.5**level
             continue
         if level == budget.depth or not _push_halves(work, box, part, top):
             if _search(geometry, work, box, part, (face, budget.leaf_segments)):
@@ -210,7 +217,7 @@ def decide_face(geometry, work, cell, face, budget):  # type: ignore[no-untyped-
             return OUT_OF_BUDGET if level == budget.depth else OUT_OF_BITS
         work.levels[top] = work.levels[top + 1] = level + 1
         top += 2
-    return OUT_OF_BUDGET
+    return VISIBLE if _search(geometry, work, box, part, (face, budget.leaf_segments)) else OUT_OF_BUDGET
 
 
 @kernel
