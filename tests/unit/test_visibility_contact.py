@@ -96,3 +96,8 @@ def test_a_box_may_rest_against_a_wall():
     lower, upper = np.array([0.0, 0.0, 0.0]), np.array([1.0, 1.0, 1.0])
     assert not meets_box(wall, 0, lower, upper, False)
     assert meets_box(wall, 0, lower, upper, True)
+
+
+def test_a_sliver_whose_normal_vanishes_in_floating_point_still_meets_its_twin():
+    sliver = [(0, 0, 0), (267914296, 165580141, 0), (165580141, 102334155, 0)]  # Fibonacci numbers: area 1/2
+    assert meets_relative_interior(np.array([sliver, sliver], float), 0, 1)

@@ -92,3 +92,6 @@ def test_the_frame_keeps_every_point_below_the_limit_and_refuses_more():
     assert frame.scale == 32
     with pytest.raises(ValueError, match="grid steps"):
         fine_frame(np.array([-(2**30)] * 3), np.array([2**30] * 3))
+    with pytest.raises(ValueError, match="grid steps"):
+        fine_frame(np.array([-(2**27)] * 3), np.array([2**27] * 3))
+    assert fine_frame(np.array([-(2**26)] * 3), np.array([2**26] * 3)).scale == 4

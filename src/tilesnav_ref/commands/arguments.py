@@ -18,6 +18,7 @@ from tilesnav_ref.scene import METRES_PER_UNIT, SceneError, SceneSettings
 from tilesnav_ref.scene.sample import DETAILS, TownSettings
 from tilesnav_ref.tileset.model import TilesetSettings
 from tilesnav_ref.visibility import VisibilitySettings
+from tilesnav_ref.visibility.settings import LIMITS
 
 EXIT_STATUS = """exit status:
   0  done
@@ -221,12 +222,17 @@ def _add_cell_options(group: Any) -> None:
 def _add_table_options(group: Any) -> None:
     sight, lod = VisibilitySettings(), LodSettings()
     group.add_argument(
-        "--rays", type=_integer(0), metavar="N", help=f"uniform rays of a cell that find faces ({sight.rays})"
+        "--rays",
+        type=_integer(0, LIMITS["rays"]),
+        metavar="N",
+        help=f"uniform rays of a cell that find faces ({sight.rays})",
     )
     group.add_argument(
         "--attempts", type=_integer(0), metavar="N", help=f"tries to prove a face hidden ({sight.attempts})"
     )
-    group.add_argument("--depth", type=_integer(0), metavar="N", help=f"cuts above a try ({sight.depth})")
+    group.add_argument(
+        "--depth", type=_integer(0, LIMITS["depth"]), metavar="N", help=f"cuts above a try ({sight.depth})"
+    )
     group.add_argument(
         "--lod-reference",
         dest="reference",

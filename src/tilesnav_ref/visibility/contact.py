@@ -65,11 +65,13 @@ def _one_side_contact(target, face, sides):  # type: ignore[no-untyped-def]
 
 @kernel
 def _projection(target):  # type: ignore[no-untyped-def]
-    """Two axes whose projection keeps the target's area: those but the largest component of its normal."""
+    """Two axes whose projection keeps the target's area: all but the largest component of its normal."""
     u, v = difference(target[1], target[0]), difference(target[2], target[0])
-    nx = abs(u[1] * v[2] - u[2] * v[1])
-    ny = abs(u[2] * v[0] - u[0] * v[2])
-    nz = abs(u[0] * v[1] - u[1] * v[0])
+    u0, u1, u2 = np.int64(u[0]), np.int64(u[1]), np.int64(u[2])
+    v0, v1, v2 = np.int64(v[0]), np.int64(v[1]), np.int64(v[2])
+    nx = abs(u1 * v2 - u2 * v1)
+    ny = abs(u2 * v0 - u0 * v2)
+    nz = abs(u0 * v1 - u1 * v0)
     if nx >= ny and nx >= nz:
         return 1, 2
     if ny >= nz:
@@ -93,6 +95,8 @@ def _segment_enters(target, p, q):  # type: ignore[no-untyped-def]
     """
     i, j = _projection(target)
     turn = _turn(target[0], target[1], target[2], i, j)
+    if turn == 0:
+        return True  # no area, no answer
     for k in range(3):
         a, b = target[k], target[(k + 1) % 3]
         if _turn(a, b, p, i, j) * turn <= 0 and _turn(a, b, q, i, j) * turn <= 0:
@@ -115,6 +119,8 @@ def _coplanar_apart(corners, face, target):  # type: ignore[no-untyped-def]
 @kernel
 def _edge_separates(a, b, i, j):  # type: ignore[no-untyped-def]
     turn = _turn(a[0], a[1], a[2], i, j)
+    if turn == 0:
+        return False
     for k in range(3):
         p, q = a[k], a[(k + 1) % 3]
         s0, s1, s2 = (

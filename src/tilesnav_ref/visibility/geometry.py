@@ -11,6 +11,9 @@ from tilesnav_ref.kernels import kernel
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility.exact import COORDINATE_BITS
 
+LEAST_BITS = 2
+"""Inner points of a face are quarters at least, so a grid step is four fine units at least."""
+
 LEAF_FACES = 4
 """A leaf holds at most so many faces; more would be tested one by one anyway."""
 
@@ -56,9 +59,10 @@ def fine_frame(low: NDArray[np.int64], high: NDArray[np.int64]) -> FineFrame:
     origin = (low + high) // 2
     reach = int(max((high - origin).max(), (origin - low).max(), 1)) + 1
     bits = COORDINATE_BITS - reach.bit_length()
-    if bits < 0:
+    if bits < LEAST_BITS:
         raise ValueError(
-            f"extent of {reach} grid steps about the origin; at most 2**{COORDINATE_BITS} is allowed"
+            f"extent of {reach} grid steps about the origin;"
+            f" less than 2**{COORDINATE_BITS - LEAST_BITS} is allowed"
         )
     return FineFrame(origin.astype(np.int64), 1 << bits)
 

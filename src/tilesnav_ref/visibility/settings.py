@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+LIMITS = {"rays": 100_000_000, "depth": 1000, "occluder_faces": 1_000_000}
+"""Largest values of settings that memory is taken for."""
+
 
 @dataclass(frozen=True)
 class VisibilitySettings:
@@ -28,3 +31,12 @@ class VisibilitySettings:
     """Faces in one occluder."""
     block_cells: int = 4
     """Cells that are treated together first."""
+
+    def __post_init__(self) -> None:
+        """Refuse what no work can be done with: ValueError with setting, found and allowed values."""
+        least = {"occluder_faces": 1, "block_cells": 1}
+        for name, value in vars(self).items():
+            low = least.get(name, 0)
+            high = LIMITS.get(name, 2**31 - 1)
+            if not low <= value <= high:
+                raise ValueError(f"visibility setting {name}: found {value}; allowed: {low} to {high}")
