@@ -25,8 +25,11 @@ def test_a_value_out_of_range_is_named(name, value):
 
 
 def test_the_ends_of_the_ranges_are_allowed():
-    VisibilitySettings(rays=0, seed=0, attempts=0, depth=0, leaf_segments=0, occluder_faces=1, block_cells=1)
-    VisibilitySettings(rays=100_000_000, depth=1000)
+    nothing = {"rays": 0, "seed": 0, "attempts": 0, "depth": 0, "leaf_segments": 0}
+    least = VisibilitySettings(**nothing, occluder_faces=1, block_cells=1)
+    most = VisibilitySettings(rays=100_000_000, depth=1000)
+    assert (least.rays, least.depth, least.occluder_faces, least.block_cells) == (0, 0, 1, 1)
+    assert (most.rays, most.depth) == (100_000_000, 1000)
 
 
 @pytest.mark.parametrize("option", [("--depth", "1001"), ("--rays", "100000001")])
