@@ -7,12 +7,10 @@ import logging
 import os
 import signal
 import sys
-import threading
 import traceback
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from types import FrameType
 
 from rich.console import Console
 
@@ -21,6 +19,7 @@ from tilesnav_ref.commands.arguments import UsageError, encode_settings, parse, 
 from tilesnav_ref.commands.info import print_figures
 from tilesnav_ref.commands.progress import stage_lines
 from tilesnav_ref.commands.sample import write_sample
+from tilesnav_ref.commands.signals import Stopped, StopRequest, stop_on_signals
 from tilesnav_ref.encode import encode
 from tilesnav_ref.scene import SceneError
 from tilesnav_ref.stream.errors import TilesetError
@@ -35,37 +34,41 @@ UNUSABLE = (UsageError, SceneError, TilesetError, OutputError, OSError)
 """Exit status 2."""
 
 
-class _Terminated(BaseException):
-    """The process was asked to end; folders that are being made are removed on the way out."""
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit status; `tilesnav --help` lists them."""
     given = sys.argv[1:] if arguments is None else list(arguments)
     debug = "--debug" in given
     logging.basicConfig(level=logging.INFO if debug else logging.WARNING, format="%(name)s: %(message)s")
     try:
-        with _sigterm_raises():
-            _run(parse(given))
+        with stop_on_signals() as request:
+            _run(parse(given), request)
     except (*NOT_ENCODABLE, *UNUSABLE) as error:
         message = str(error) or "not enough memory; encode a smaller --region"
         return _fail(message, 1 if isinstance(error, NOT_ENCODABLE) else 2, debug)
-    except (KeyboardInterrupt, _Terminated) as stop:
-        number = signal.SIGTERM if isinstance(stop, _Terminated) else signal.SIGINT
+    except (KeyboardInterrupt, Stopped) as stop:
+        number = stop.number if isinstance(stop, Stopped) else signal.SIGINT
         return _fail(f"stopped by {number.name}; nothing was left behind", 128 + number, debug)
     except Exception as error:  # noqa: BLE001 - the one border where a defect becomes an exit status
         return _fail(f"internal error: {type(error).__name__}: {error} (--debug shows where)", 3, debug)
     return 0
 
 
-def _run(given: Namespace) -> None:
-    {"encode": _encode, "info": _info, "sample": _sample}[given.command](given)
+def _run(given: Namespace, request: StopRequest) -> None:
+    if given.command == "encode":
+        _encode(given, request)
+    else:
+        {"info": _info, "sample": _sample}[given.command](given)
 
 
-def _encode(given: Namespace) -> None:
+def _encode(given: Namespace, request: StopRequest) -> None:
     settings = encode_settings(given)
     check_output(given.out, given.force)
-    with stage_lines(Console(stderr=True), given.quiet) as progress:
+    with stage_lines(Console(stderr=True), given.quiet) as show:
+
+        def progress(stage: str, done: int, total: int) -> None:
+            request.check()
+            show(stage, done, total)
+
         encode(given.scene, given.out, settings, given.force, progress)
     if not given.quiet:
         found = figures(open_tileset(given.out))
@@ -111,23 +114,6 @@ def _fail(message: str, status: int, debug: bool) -> int:
         traceback.print_exc()
     print(f"tilesnav: error: {' '.join(message.split())}", file=sys.stderr)
     return status
-
-
-@contextmanager
-def _sigterm_raises() -> Iterator[None]:
-    """Let SIGTERM unwind the stack, as SIGINT does; only the main thread may ask for that."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGTERM, _terminate)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-def _terminate(_number: int, _frame: FrameType | None) -> None:
-    raise _Terminated
 
 
 if __name__ == "__main__":

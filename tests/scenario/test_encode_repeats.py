@@ -96,18 +96,18 @@ def test_a_signal_leaves_nothing(room: Path, tmp_path: Path, number: signal.Sign
     # Minutes of work, so that the run is still at it when the signal comes; a stop is heeded within a cell.
     many = ("--quiet", "--rays", "1000000", "--keep-interiors", "--min-cell", "0.5", "--max-cell", "1")
     command = [sys.executable, "-m", "tilesnav_ref.cli", "encode", str(room), str(tmp_path / "out"), *many]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    try:
-        deadline = time.monotonic() + 120
-        while not any(tmp_path.iterdir()):
-            assert process.poll() is None, "the run ended before it could be stopped"
-            assert time.monotonic() < deadline
-            time.sleep(0.02)
-        assert not (tmp_path / "out").exists()
-        process.send_signal(number)
-        _, message = process.communicate(timeout=300)
-    finally:
-        process.kill()
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            deadline = time.monotonic() + 120
+            while not any(tmp_path.iterdir()):
+                assert process.poll() is None, "the run ended before it could be stopped"
+                assert time.monotonic() < deadline
+                time.sleep(0.02)
+            assert not (tmp_path / "out").exists()
+            process.send_signal(number)
+            _, message = process.communicate(timeout=300)
+        finally:
+            process.kill()
     assert process.returncode == 128 + number
     assert message == f"tilesnav: error: stopped by {number.name}; nothing was left behind\n"
     assert list(tmp_path.iterdir()) == []
