@@ -15,7 +15,7 @@ import platform
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -30,7 +30,10 @@ from tilesnav_ref.cli import main as tilesnav
 from tilesnav_ref.scene import SceneSettings, load_scene
 from tilesnav_ref.stream.reader import NavTileset, open_tileset
 from tilesnav_ref.visibility.geometry import build_geometry, fine_frame, to_fine
-from tilesnav_ref.visibility.sampling import RayCaster, sample_cell
+from tilesnav_ref.visibility.lines import cell_boxes
+from tilesnav_ref.visibility.sampling import RayCaster
+from tilesnav_ref.visibility.settings import VisibilitySettings
+from tilesnav_ref.visibility.survey import Survey, run_survey
 
 SEED = 1
 SAMPLE = ("--detail", "median", "--size", "small")
@@ -103,14 +106,23 @@ def sampled_rays(scene_file: Path, tileset: NavTileset, rays: int, repeat: int) 
     geometry = build_geometry(scene, frame)
     caster = RayCaster(geometry, frame)
     chosen = np.random.default_rng(SEED).integers(0, len(cells), max(1, rays // RAYS_A_CELL))
-    boxes = [to_fine(np.rint(cells[cell]).astype(np.int64), frame) for cell in chosen]
+    boxes = to_fine(np.rint(cells[np.unique(chosen)]).astype(np.int64), frame)
+    settings = VisibilitySettings(rays=RAYS_A_CELL // 2, aimed_rounds=0, seed=SEED)
+    nothing = tuple(np.zeros(0, np.int64) for _ in boxes)
 
     def work() -> None:
-        for box in boxes:
-            sample_cell(geometry, caster, box, RAYS_A_CELL, np.random.default_rng(SEED))
+        seen = np.zeros((len(boxes), len(geometry.corners)), np.uint8)
+        ids = np.arange(len(boxes))
+        survey = Survey(geometry, caster, cell_boxes(boxes), ids, nothing, settings, seen)
+        run_survey(survey, _one_after_the_other)
 
     work()  # kernels are compiled here
     return len(boxes) * RAYS_A_CELL / best(repeat, work)
+
+
+def _one_after_the_other(work: Callable[[int], None], numbers: Iterable[int]) -> None:
+    for number in numbers:
+        work(number)
 
 
 def measure(folder: Path, rays: int, repeat: int) -> list[Row]:

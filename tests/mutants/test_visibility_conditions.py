@@ -52,9 +52,9 @@ MUTANTS = {
         "closed_solid_through_its_edge",
     ),
     "a ray only suggests": (
-        "visibility/sampling.py",
-        "        if blocker(geometry, c, t, face) < 0:\n            proven[face] = True",
-        "        proven[face] = True",
+        "visibility/lines.py",
+        "seen[face] == 0 and blocker(geometry, point, target, face) < 0:",
+        "seen[face] == 0:",
         "suggestion_behind_a_wall",
     ),
 }

@@ -14,8 +14,8 @@ from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility import VisibilitySettings, compute_pvs
 from tilesnav_ref.visibility.certify import make_workspace
 from tilesnav_ref.visibility.geometry import FineFrame, build_geometry
+from tilesnav_ref.visibility.lines import cell_boxes, share_lines
 from tilesnav_ref.visibility.occluder import PROVED, Obstacle, prove_hidden
-from tilesnav_ref.visibility.sampling import confirm
 from tilesnav_ref.visibility.shaft import set_shaft
 
 UNIT = 1024
@@ -97,10 +97,11 @@ def suggestion_behind_a_wall() -> bool:
     wall = [[(20, -900, -900), (20, 900, -900), (20, 0, 900)]]
     target = [[(90, -4, -4), (90, 4, -4), (90, 0, 4)]]
     geometry = build_geometry(scene_of(wall + target), FRAME)
-    proven = np.zeros(2, np.bool_)
-    points = np.zeros((1, 3)) + 4.0
-    confirm(geometry, points, np.array([1], np.int32), np.array([[0.3, 0.3]]), proven)
-    return not proven[1]
+    seen = np.zeros((1, 2), np.uint8)
+    line = np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]], np.float32)
+    hits = np.array([1, -1], np.int32), np.full((2, 2), 0.3)
+    share_lines(geometry, cell_boxes(np.array([CELL], float) * UNIT), line, hits, seen)
+    return not seen[0, 1]
 
 
 PROBES = (

@@ -18,17 +18,22 @@ class Block:
     halves: tuple[Block, ...]
 
 
-def make_blocks(boxes: NDArray[np.float64], limit: int) -> list[Block]:
-    """Blocks of at most `limit` cells by median cuts of the cell middles; boxes is (N, 2, 3)."""
-    blocks: list[Block] = []
-    waiting = [np.arange(len(boxes))]
+def make_groups(boxes: NDArray[np.float64], cells: NDArray[np.int64], limit: int) -> list[NDArray[np.int64]]:
+    """Groups of at most `limit` of some cells by median cuts of the cell middles; boxes is (N, 2, 3)."""
+    groups: list[NDArray[np.int64]] = []
+    waiting = [cells]
     while waiting:
-        cells = waiting.pop()
-        if len(cells) <= limit:
-            blocks.append(_tree(boxes, cells))
+        part = waiting.pop()
+        if len(part) <= limit:
+            groups.append(part)
         else:
-            waiting.extend(reversed(_halves(boxes, cells)))
-    return blocks
+            waiting.extend(reversed(_halves(boxes, part)))
+    return groups
+
+
+def make_blocks(boxes: NDArray[np.float64], cells: NDArray[np.int64], limit: int) -> list[Block]:
+    """Blocks of at most `limit` of some cells."""
+    return [_tree(boxes, part) for part in make_groups(boxes, cells, limit)]
 
 
 def _halves(boxes: NDArray[np.float64], cells: NDArray[np.int64]) -> list[NDArray[np.int64]]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.geometry import Geometry
 from tilesnav_ref.visibility.occluder import DEGENERATE, PROVED, Flood, Obstacle, make_flood, prove_hidden
+from tilesnav_ref.visibility.segments import extremes_see, inner_point, inner_point_of_face, search
 from tilesnav_ref.visibility.shaft import Shaft, make_shaft, set_shaft
 from tilesnav_ref.visibility.sight import blocker, crossings
 
@@ -34,7 +35,6 @@ first.
 Trying three instead of all left 60 % more faces undecided and took twice the time (Munich street cells): what
 is not hidden as a node is tried again face by face, and an undecided face costs its whole budget.
 """
-RANDOM_MODULUS = 2**31 - 1
 TRIAL_SHARE = 8
 """After one such part of its budget a face is given up when, at the rate so far, the budget would not do."""
 
@@ -47,7 +47,7 @@ class Workspace(NamedTuple):
     crossing: NDArray[np.int32]
     """Faces that a segment crosses."""
     random: NDArray[np.int64]
-    """(1,) state of the generator, 1 to RANDOM_MODULUS - 1."""
+    """(1,) state of the generator, 1 to segments.RANDOM_MODULUS - 1."""
     cells: NDArray[np.float64]
     """(depth, 2, 3) waiting cell parts."""
     parts: NDArray[np.float64]
@@ -64,7 +64,8 @@ class Budget(NamedTuple):
     depth: int
     """Cuts above a pair."""
     leaf_segments: int
-    """Random segments tried in a pair that could not be decided, in search of a visible one."""
+    """Random segments tried in a pair that could not be decided, in search of a visible one, after its
+    extreme ones."""
 
 
 def make_workspace(geometry: Geometry, occluder_limit: int, depth: int) -> Workspace:
@@ -78,57 +79,6 @@ def make_workspace(geometry: Geometry, occluder_limit: int, depth: int) -> Works
         np.zeros((size, 2, 3)),
         np.zeros((size, 3, 3)),
         np.zeros(size, np.int64),
-    )
-
-
-@kernel
-def next_random(state, bound):  # type: ignore[no-untyped-def]
-    """Next integer in [0, bound), bound below 2**31 (the minimal standard of Park and Miller).
-
-    Points of trial need no better generator, and its products fit int64 without wrapping.
-
-    References
-    ----------
-    S. K. Park, K. W. Miller, P. K. Stockmeyer, Response, Communications of the ACM 36 (1993).
-    """
-    state[0] = state[0] * 48271 % RANDOM_MODULUS
-    return state[0] % bound
-
-
-@kernel
-def inner_point(state, box):  # type: ignore[no-untyped-def]
-    """A random point with integer coordinates strictly inside a box of at least 2 units a side."""
-    x = box[0, 0] + 1 + next_random(state, np.int64(box[1, 0] - box[0, 0]) - 1)
-    y = box[0, 1] + 1 + next_random(state, np.int64(box[1, 1] - box[0, 1]) - 1)
-    z = box[0, 2] + 1 + next_random(state, np.int64(box[1, 2] - box[0, 2]) - 1)
-    return (float(x), float(y), float(z))
-
-
-@kernel
-def trailing_zeros(part):  # type: ignore[no-untyped-def]
-    """How often all coordinates of a triangle can be halved exactly, at most 16."""
-    bits = np.int64(1) << 16
-    for k in range(3):
-        for j in range(3):
-            bits |= np.int64(part[k, j])
-    count = 0
-    while (bits >> count) & 1 == 0:
-        count += 1
-    return count
-
-
-@kernel
-def inner_point_of_face(state, part):  # type: ignore[no-untyped-def]
-    """A random point in the relative interior of a triangle whose coordinates are multiples of 4; exact."""
-    bits = trailing_zeros(part)
-    whole = np.int64(1) << bits
-    one = 1 + next_random(state, whole - 2)
-    two = 1 + next_random(state, whole - one - 1)
-    three = whole - one - two
-    return (
-        (one * part[0, 0] + two * part[1, 0] + three * part[2, 0]) / whole,
-        (one * part[0, 1] + two * part[1, 1] + three * part[2, 1]) / whole,
-        (one * part[0, 2] + two * part[1, 2] + three * part[2, 2]) / whole,
     )
 
 
@@ -187,14 +137,33 @@ def _size(points):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def face_is_hidden(geometry, work, cell, face):  # type: ignore[no-untyped-def]
+    """Whether one attempt proves that a face is hidden from a cell (2, 3)."""
+    part = geometry.corners[face]
+    set_shaft(work.shaft, cell, part, 3)
+    segment = (inner_point(work.random, cell), inner_point_of_face(work.random, part))
+    obstacle = Obstacle(cell, face, cell)
+    return _attempt(geometry, work, obstacle, segment, (_size(cell) < _size(part), False)) == PROVED
+
+
+@kernel
 def decide_face(geometry, work, cell, face, budget):  # type: ignore[no-untyped-def]
     """HIDDEN, VISIBLE, or the reason why a face could not be decided from a cell (2, 3)."""
+    verdict, box, part = _explore(geometry, work, cell, face, budget)
+    if verdict >= OUT_OF_BUDGET and search(geometry, work.random, (box, part), (face, budget.leaf_segments)):
+        return VISIBLE
+    return verdict
+
+
+@kernel
+def _explore(geometry, work, cell, face, budget):  # type: ignore[no-untyped-def]
+    """Divide cell and face until every pair of parts is proved; returns the verdict and the last pair."""
     obstacle = Obstacle(cell, face, cell)
     work.cells[0] = cell
     work.parts[0] = geometry.corners[face]
     work.levels[0] = 0
     top = 1
-    box, part = work.cells[0], work.parts[0]
+    box, part = work.cells[0].copy(), work.parts[0].copy()
     done = 0.0  # share of all pairs (c, t) that is proved, as far as halves are halves
     for tried in range(budget.attempts):
         if tried * TRIAL_SHARE >= budget.attempts and done * budget.attempts < tried:
@@ -203,32 +172,22 @@ def decide_face(geometry, work, cell, face, budget):  # type: ignore[no-untyped-
         box, part, level = work.cells[top].copy(), work.parts[top].copy(), work.levels[top]
         segment = (inner_point(work.random, box), inner_point_of_face(work.random, part))
         if blocker(geometry, segment[0], segment[1], face) < 0:
-            return VISIBLE
+            return VISIBLE, box, part
         set_shaft(work.shaft, box, part, 3)
-        reason = _attempt(geometry, work, obstacle, segment, (_size(box) < _size(part), False))
-        if reason == PROVED:
+        if _attempt(geometry, work, obstacle, segment, (_size(box) < _size(part), False)) == PROVED:
             if top == 0:
-                return HIDDEN
+                return HIDDEN, box, part
             done += 0.5**level
             continue
-        if level == budget.depth or not _push_halves(work, box, part, top):
-            if _search(geometry, work, box, part, (face, budget.leaf_segments)):
-                return VISIBLE
-            return OUT_OF_BUDGET if level == budget.depth else OUT_OF_BITS
+        if tried == 0 and extremes_see(geometry, box, part, face):
+            return VISIBLE, box, part
+        if level == budget.depth:
+            break
+        if not _push_halves(work, box, part, top):
+            return OUT_OF_BITS, box, part
         work.levels[top] = work.levels[top + 1] = level + 1
         top += 2
-    return VISIBLE if _search(geometry, work, box, part, (face, budget.leaf_segments)) else OUT_OF_BUDGET
-
-
-@kernel
-def _search(geometry, work, box, part, what):  # type: ignore[no-untyped-def]
-    """Whether one of some random segments of a pair of parts sees the face."""
-    face, number = what
-    for _ in range(number):
-        c, t = inner_point(work.random, box), inner_point_of_face(work.random, part)
-        if blocker(geometry, c, t, face) < 0:
-            return True
-    return False
+    return OUT_OF_BUDGET, box, part
 
 
 @kernel

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from tilesnav_ref.kernels import kernel
-from tilesnav_ref.visibility.certify import HIDDEN, VISIBLE, box_is_hidden, decide_face
+from tilesnav_ref.visibility.certify import (
+    HIDDEN,
+    VISIBLE,
+    box_is_hidden,
+    decide_face,
+    face_is_hidden,
+)
 from tilesnav_ref.visibility.sight import STACK
 
 # A target box is grown by one fine unit so that it has volume and every face below it lies in its interior.
@@ -63,6 +69,18 @@ def cull(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-def]
             stack[top] = geometry.box_child[node]
             stack[top + 1] = geometry.box_child[node] + 1
             top += 2
+
+
+@kernel
+def cull_faces(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-def]
+    """Clear `alive` (F,) for faces that one attempt each proves hidden from the box `cell` (2, 3).
+
+    Faces of `proven` (F,) are not tried.
+    """
+    for k in range(len(geometry.face_order)):
+        face = geometry.face_order[k]
+        if alive[face] and not proven[face] and face_is_hidden(geometry, work, cell, face):
+            alive[face] = False
 
 
 @kernel

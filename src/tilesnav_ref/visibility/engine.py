@@ -1,13 +1,14 @@
 """Conservative potentially visible sets of all cells.
 
-Rays prove faces visible; certificates prove faces hidden, for blocks of cells first, then for each cell,
-top-down over the box hierarchy, face by face at its leaves. A face that neither side decides is kept.
+Rays prove faces visible, for all cells that they cross. Certificates prove faces hidden, for blocks of cells
+first, then for each cell; top-down over the box hierarchy, then face by face. A face that neither side
+decides is kept.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import repeat
@@ -20,18 +21,26 @@ from numpy.typing import NDArray
 from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.processors import thread_count
 from tilesnav_ref.scene.model import Scene
-from tilesnav_ref.visibility.blocks import Block, make_blocks
-from tilesnav_ref.visibility.certify import RANDOM_MODULUS, REASONS, Budget, Workspace, make_workspace
-from tilesnav_ref.visibility.descend import cull, decide
-from tilesnav_ref.visibility.geometry import FineFrame, Geometry, build_geometry, fine_frame, to_fine
+from tilesnav_ref.visibility.blocks import Block, make_blocks, make_groups
+from tilesnav_ref.visibility.certify import REASONS, Budget, Workspace, make_workspace
+from tilesnav_ref.visibility.descend import cull, cull_faces, decide
+from tilesnav_ref.visibility.geometry import FineFrame, build_geometry, fine_frame, to_fine
 from tilesnav_ref.visibility.model import PvsTable
-from tilesnav_ref.visibility.sampling import RayCaster, sample_cell
+from tilesnav_ref.visibility.sampling import RayCaster
+from tilesnav_ref.visibility.segments import RANDOM_MODULUS
 from tilesnav_ref.visibility.settings import VisibilitySettings
+from tilesnav_ref.visibility.survey import make_survey, run_survey
 
 logger = logging.getLogger(__name__)
 
 Progress = Callable[[int, int], None]
-"""Called with the number of finished cells and of all cells."""
+"""Called with finished and all steps of the work."""
+
+
+LEVELS = 2
+"""Blocks are treated on every such level of their tree, and single cells always."""
+DECISION = 8
+"""Weight of deciding a cell in the progress, where a round of lines has weight 1."""
 
 
 @dataclass(frozen=True)
@@ -43,22 +52,36 @@ class _Seen:
     reasons: NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class _Task:
-    """What every thread shares, read only."""
+class _Run:
+    """One call of `compute_pvs`: what every thread shares, and the threads."""
 
-    geometry: Geometry
-    caster: RayCaster
-    boxes: NDArray[np.float64]
-    settings: VisibilitySettings
-    stop: Event
-    """Set when the run is to end; looked at before every cell."""
+    def __init__(
+        self, scene: Scene, cells: CellComplex, settings: VisibilitySettings, progress: Progress
+    ) -> None:
+        frame = _common_frame(scene, cells)
+        self.settings = settings
+        self.cells = cells
+        self.geometry = build_geometry(scene, frame)
+        self.caster = RayCaster(self.geometry, frame)
+        self.boxes = np.stack([to_fine(cells.lower, frame), to_fine(cells.upper, frame)], axis=1)
+        self.budget = Budget(settings.attempts, settings.depth, settings.leaf_segments)
+        self.stop = Event()
+        self.threads = thread_count(settings.threads)
+        self.spare: SimpleQueue[Workspace] = SimpleQueue()
+        for _ in range(self.threads):
+            self.spare.put(make_workspace(self.geometry, settings.occluder_faces, settings.depth))
+        self._progress = progress
+        self._done = 0
 
-    def budget(self) -> Budget:
-        return Budget(self.settings.attempts, self.settings.depth, self.settings.leaf_segments)
+    def advance(self, steps: int) -> None:
+        """Count finished steps; only one thread calls this."""
+        self._done += steps
+        self._progress(self._done, self.cells.count * (1 + self.settings.aimed_rounds + DECISION))
 
-    def workspace(self) -> Workspace:
-        return make_workspace(self.geometry, self.settings.occluder_faces, self.settings.depth)
+    def check_stop(self) -> None:
+        """End the work of a thread when the run is to end."""
+        if self.stop.is_set():
+            raise InterruptedError("visibility was asked to stop")
 
 
 def compute_pvs(
@@ -74,7 +97,7 @@ def compute_pvs(
     scene : the faces that are published.
     cells : box cells whose interiors meet no face.
     settings : amount of work; every choice is conservative.
-    progress : called after each finished block of cells.
+    progress : called with finished and all steps.
 
     Returns
     -------
@@ -88,13 +111,19 @@ def compute_pvs(
     settings = settings or VisibilitySettings()
     if cells.count == 0:
         return _gather([])
-    frame = _common_frame(scene, cells)
-    geometry = build_geometry(scene, frame)
-    boxes = np.stack([to_fine(cells.lower, frame), to_fine(cells.upper, frame)], axis=1)
-    task = _Task(geometry, RayCaster(geometry, frame), boxes, settings, Event())
-    blocks = make_blocks(boxes, settings.block_cells)
-    logger.info("visibility: %d cells in %d blocks, %d faces", cells.count, len(blocks), scene.face_count)
-    return _gather(_run(task, blocks, progress or _no_progress))
+    run = _Run(scene, cells, settings, progress or _no_progress)
+    groups = make_groups(run.boxes, np.arange(cells.count), max(1, settings.pairs // scene.face_count))
+    logger.info("visibility: %d cells in %d groups, %d faces", cells.count, len(groups), scene.face_count)
+    found: dict[int, _Seen] = {}
+    with ThreadPoolExecutor(run.threads) as pool:
+        try:
+            for group in groups:
+                _see_group(run, pool, np.sort(group), found)
+        except BaseException:
+            run.stop.set()
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+    return _gather([found[i] for i in range(cells.count)])
 
 
 def _no_progress(done: int, total: int) -> None:
@@ -108,64 +137,59 @@ def _common_frame(scene: Scene, cells: CellComplex) -> FineFrame:
     return fine_frame(low, high)
 
 
-def _run(task: _Task, blocks: list[Block], progress: Progress) -> list[_Seen]:
-    threads = thread_count(task.settings.threads)
-    spare: SimpleQueue[Workspace] = SimpleQueue()
-    for _ in range(threads):
-        spare.put(task.workspace())
-    found: dict[int, _Seen] = {}
-    with ThreadPoolExecutor(threads) as pool:
-        try:
-            for part in pool.map(_see_block, repeat(task), blocks, repeat(spare)):
-                found.update(part)
-                progress(len(found), len(task.boxes))
-        except BaseException:
-            task.stop.set()
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
-    return [found[i] for i in range(len(task.boxes))]
+def _see_group(
+    run: _Run, pool: ThreadPoolExecutor, group: NDArray[np.int64], found: dict[int, _Seen]
+) -> None:
+    """Survey a group of cells (ascending numbers), then decide what the survey has not seen."""
+
+    def each(work: Callable[[int], None], numbers: Iterable[int]) -> None:
+        def stoppable(number: int) -> None:
+            run.check_stop()
+            work(number)
+
+        for _ in pool.map(stoppable, numbers):
+            run.advance(1)
+
+    survey = make_survey((run.geometry, run.caster), run.cells, run.boxes, group, run.settings)
+    run_survey(survey, each)
+    proven = {int(cell): survey.seen[row].view(np.bool_) for row, cell in enumerate(group)}
+    blocks = make_blocks(run.boxes, group, run.settings.block_cells)
+    for part in pool.map(_see_block, repeat(run), blocks, repeat(proven)):
+        found.update(part)
+        run.advance(DECISION * len(part))
 
 
-def _see_block(task: _Task, block: Block, spare: SimpleQueue[Workspace]) -> dict[int, _Seen]:
-    work = spare.get()
+def _see_block(run: _Run, block: Block, proven: dict[int, NDArray[np.bool_]]) -> dict[int, _Seen]:
+    work = run.spare.get()
     try:
-        proven = {cell: _sample(task, cell) for cell in block.cells}
         found: dict[int, _Seen] = {}
-        alive = np.ones(len(task.geometry.corners), np.bool_)
-        _see(task, work, (block, alive, proven), found)
+        alive = np.ones(len(run.geometry.corners), np.bool_)
+        _see(run, work, (block, alive, proven, 0), found)
         return found
     finally:
-        spare.put(work)
+        run.spare.put(work)
 
 
-def _sample(task: _Task, cell: int) -> NDArray[np.bool_]:
-    _check_stop(task)
-    random = np.random.default_rng([task.settings.seed, cell])
-    return sample_cell(task.geometry, task.caster, task.boxes[cell], task.settings.rays, random)
+State = tuple[Block, NDArray[np.bool_], dict[int, NDArray[np.bool_]], int]
+"""Block, faces that are not known to be hidden from it, faces seen from cells, level in the tree."""
 
 
-def _check_stop(task: _Task) -> None:
-    if task.stop.is_set():
-        raise InterruptedError("visibility was asked to stop")
-
-
-State = tuple[Block, NDArray[np.bool_], dict[int, NDArray[np.bool_]]]
-
-
-def _see(task: _Task, work: Workspace, state: State, found: dict[int, _Seen]) -> None:
+def _see(run: _Run, work: Workspace, state: State, found: dict[int, _Seen]) -> None:
     """Cull the faces hidden from a block, then go on with its halves, and decide each single cell."""
-    _check_stop(task)
-    block, alive, proven = state
+    run.check_stop()
+    block, alive, proven, level = state
     alive = alive.copy()
-    work.random[0] = _random_start(task.settings.seed, block)
+    work.random[0] = _random_start(run.settings.seed, block)
     if not block.halves:
         cell = block.cells[0]
-        found[cell] = _decide_cell(task, work, cell, alive, proven[cell])
+        found[cell] = _decide_cell(run, work, cell, alive, proven[cell])
         return
-    seen = np.logical_or.reduce([proven[cell] for cell in block.cells])
-    cull(task.geometry, work, block.box, seen, alive)
+    if level % LEVELS == 0:
+        seen = np.logical_or.reduce([proven[cell] for cell in block.cells])
+        cull(run.geometry, work, block.box, seen, alive)
+        cull_faces(run.geometry, work, block.box, seen, alive)
     for half in block.halves:
-        _see(task, work, (half, alive, proven), found)
+        _see(run, work, (half, alive, proven, level + 1), found)
 
 
 def _random_start(seed: int, block: Block) -> int:
@@ -175,10 +199,10 @@ def _random_start(seed: int, block: Block) -> int:
 
 
 def _decide_cell(
-    task: _Task, work: Workspace, cell: int, alive: NDArray[np.bool_], proven: NDArray[np.bool_]
+    run: _Run, work: Workspace, cell: int, alive: NDArray[np.bool_], proven: NDArray[np.bool_]
 ) -> _Seen:
     reasons = np.zeros(len(REASONS), np.int64)
-    decide(task.geometry, work, task.boxes[cell], (proven, alive, reasons), task.budget())
+    decide(run.geometry, work, run.boxes[cell], (proven, alive, reasons), run.budget)
     faces = np.flatnonzero(alive).astype(np.uint32)
     return _Seen(faces, proven[faces], reasons)
 

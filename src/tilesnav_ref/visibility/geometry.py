@@ -81,7 +81,7 @@ def build_geometry(scene: Scene, frame: FineFrame) -> Geometry:
     np.cumsum(np.bincount(face_edges.ravel(), minlength=len(ends)), out=edge_offsets[1:])
     edge_faces = (order // 3).astype(np.int32)
     edge_ends = np.ascontiguousarray(to_fine(scene.vertices[ends], frame))
-    boxes = _build_boxes(corners.min(axis=1), corners.max(axis=1), LEAF_FACES)
+    boxes = box_hierarchy(corners.min(axis=1), corners.max(axis=1), LEAF_FACES)
     return Geometry(corners, face_edges, edge_offsets, edge_faces, edge_ends, *boxes)
 
 
@@ -92,7 +92,7 @@ def _edges(faces: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int3
 
 
 @kernel
-def _build_boxes(face_lower, face_upper, leaf):  # type: ignore[no-untyped-def]
+def box_hierarchy(face_lower, face_upper, leaf):  # type: ignore[no-untyped-def]
     """Median split on the longest axis of the centres, node children adjacent."""
     count = len(face_lower)
     order = np.arange(count).astype(np.int32)

@@ -1,4 +1,4 @@
-"""Faces that rays suggest as visible; Embree only suggests, exact segments decide.
+"""Rays that suggest which faces are visible; what they suggest is decided by exact segments (lines.py).
 
 References
 ----------
@@ -12,10 +12,7 @@ from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
 from numpy.typing import NDArray
 
-from tilesnav_ref.kernels import kernel
-from tilesnav_ref.visibility.certify import trailing_zeros
 from tilesnav_ref.visibility.geometry import FineFrame, Geometry
-from tilesnav_ref.visibility.sight import blocker
 
 
 class RayCaster:
@@ -62,39 +59,17 @@ def random_points(random: np.random.Generator, box: NDArray[np.float64], count: 
     )
 
 
-@kernel
-def confirm(geometry, points, faces, weights, proven):  # type: ignore[no-untyped-def]
-    """Set `proven` for every suggested face that an exact segment from its ray's origin sees.
-
-    The suggested point is moved to the nearest point of the face's relative interior whose barycentric
-    weights are multiples of a power of two, so that it has integer coordinates and is exactly on the face.
-    """
-    for i in range(len(faces)):
-        face = faces[i]
-        if face < 0 or proven[face]:
-            continue
-        part = geometry.corners[face]
-        bits = trailing_zeros(part)
-        whole = np.int64(1) << bits
-        one = min(max(np.int64(np.round(weights[i, 0] * whole)), 1), whole - 2)
-        two = min(max(np.int64(np.round(weights[i, 1] * whole)), 1), whole - one - 1)
-        three = whole - one - two
-        t = (
-            (three * part[0, 0] + one * part[1, 0] + two * part[2, 0]) / whole,
-            (three * part[0, 1] + one * part[1, 1] + two * part[2, 1]) / whole,
-            (three * part[0, 2] + one * part[1, 2] + two * part[2, 2]) / whole,
-        )
-        c = (points[i, 0], points[i, 1], points[i, 2])
-        if blocker(geometry, c, t, face) < 0:
-            proven[face] = True
+def points_on_faces(
+    random: np.random.Generator, corners: NDArray[np.float64], faces: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """(K, 3) a uniform point on each of the given faces (K,), rounded to float64; corners is (F, 3, 3)."""
+    weights = random.random((2, len(faces), 1))
+    u, v = np.where(weights.sum(axis=0) > 1.0, 1.0 - weights, weights)
+    a, b, c = corners[faces].transpose(1, 0, 2)
+    return np.asarray(a + (b - a) * u + (c - a) * v)
 
 
-def sample_cell(
-    geometry: Geometry, caster: RayCaster, box: NDArray[np.float64], rays: int, random: np.random.Generator
-) -> NDArray[np.bool_]:
-    """(F,) faces that `rays` uniform rays from a cell (2, 3) prove visible."""
-    proven = np.zeros(len(geometry.corners), np.bool_)
-    points = random_points(random, box, rays)
-    faces, weights = caster.first_hits(points, random_directions(random, rays))
-    confirm(geometry, points, faces, weights, proven)
-    return proven
+def directions_to(points: NDArray[np.float64], targets: NDArray[np.float64]) -> NDArray[np.float32]:
+    """(K, 3) float32 unit vectors from points to targets, which differ."""
+    away = targets - points
+    return np.asarray(away / np.linalg.norm(away, axis=1, keepdims=True), np.float32)

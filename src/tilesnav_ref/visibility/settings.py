@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-LIMITS = {"rays": 100_000_000, "depth": 1000, "occluder_faces": 1_000_000}
+LIMITS = {"rays": 100_000_000, "aimed_rays": 1000, "depth": 1000, "occluder_faces": 1_000_000, "pairs": 2**40}
 """Largest values of settings that memory is taken for."""
 
 
@@ -15,8 +15,12 @@ class VisibilitySettings:
     More rays and larger budgets only make the result tighter.
     """
 
-    rays: int = 100_000
-    """Uniform rays of a cell that look for visible faces."""
+    rays: int = 10_000
+    """Uniform lines through points of a cell that look for visible faces, for all cells that they cross."""
+    aimed_rays: int = 8
+    """Lines aimed at each face next to what is seen, in each round."""
+    aimed_rounds: int = 4
+    """Rounds of aimed lines."""
     seed: int = 1
     """Start of all random numbers."""
     threads: int = 0
@@ -29,12 +33,14 @@ class VisibilitySettings:
     """Random segments tried in a pair that could not be decided."""
     occluder_faces: int = 128
     """Faces in one occluder."""
-    block_cells: int = 4
+    block_cells: int = 32
     """Cells that are treated together first."""
+    pairs: int = 2**28
+    """Pairs of a cell and a face under survey at a time; each takes two bytes of memory."""
 
     def __post_init__(self) -> None:
         """Refuse what no work can be done with: ValueError with setting, found and allowed values."""
-        least = {"occluder_faces": 1, "block_cells": 1}
+        least = {"occluder_faces": 1, "block_cells": 1, "pairs": 1}
         for name, value in vars(self).items():
             low = least.get(name, 0)
             high = LIMITS.get(name, 2**31 - 1)

@@ -1,0 +1,116 @@
+"""Segments of trial from a cell part to a face part: random ones, and the extreme ones.
+
+What is seen through a small opening is seen from the rim: the last that a building covers of a tower is its
+top, seen from the top of the cell. So the segments that join the corners of a cell part to the corners of a
+face part, each moved inwards as little as the coordinates allow, find what random ones hardly ever find.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tilesnav_ref.kernels import kernel
+from tilesnav_ref.visibility.sight import blocker
+
+RANDOM_MODULUS = 2**31 - 1
+
+
+@kernel
+def next_random(state, bound):  # type: ignore[no-untyped-def]
+    """Next integer in [0, bound), bound below 2**31 (the minimal standard of Park and Miller).
+
+    Points of trial need no better generator, and its products fit int64 without wrapping.
+
+    References
+    ----------
+    S. K. Park, K. W. Miller, P. K. Stockmeyer, Response, Communications of the ACM 36 (1993).
+    """
+    state[0] = state[0] * 48271 % RANDOM_MODULUS
+    return state[0] % bound
+
+
+@kernel
+def inner_point(state, box):  # type: ignore[no-untyped-def]
+    """A random point with integer coordinates strictly inside a box of at least 2 units a side."""
+    x = box[0, 0] + 1 + next_random(state, np.int64(box[1, 0] - box[0, 0]) - 1)
+    y = box[0, 1] + 1 + next_random(state, np.int64(box[1, 1] - box[0, 1]) - 1)
+    z = box[0, 2] + 1 + next_random(state, np.int64(box[1, 2] - box[0, 2]) - 1)
+    return (float(x), float(y), float(z))
+
+
+@kernel
+def trailing_zeros(part):  # type: ignore[no-untyped-def]
+    """How often all coordinates of a triangle can be halved exactly, at most 16."""
+    bits = np.int64(1) << 16
+    for k in range(3):
+        for j in range(3):
+            bits |= np.int64(part[k, j])
+    count = 0
+    while (bits >> count) & 1 == 0:
+        count += 1
+    return count
+
+
+@kernel
+def weighted_point(part, weights, whole):  # type: ignore[no-untyped-def]
+    """Point of a triangle with integer weights of sum `whole`, a power of two that divides the corners."""
+    one, two, three = weights
+    return (
+        (one * part[0, 0] + two * part[1, 0] + three * part[2, 0]) / whole,
+        (one * part[0, 1] + two * part[1, 1] + three * part[2, 1]) / whole,
+        (one * part[0, 2] + two * part[1, 2] + three * part[2, 2]) / whole,
+    )
+
+
+@kernel
+def inner_point_of_face(state, part):  # type: ignore[no-untyped-def]
+    """A random point in the relative interior of a triangle whose coordinates are multiples of 4; exact."""
+    whole = np.int64(1) << trailing_zeros(part)
+    one = 1 + next_random(state, whole - 2)
+    two = 1 + next_random(state, whole - one - 1)
+    return weighted_point(part, (one, two, whole - one - two), whole)
+
+
+@kernel
+def nearest_inner_point(part, u, v):  # type: ignore[no-untyped-def]
+    """A point in the relative interior of a triangle near that of barycentric weights u, v of corners 1, 2.
+
+    Its weights are multiples of a power of two, so that it has integer coordinates and is exactly on the
+    triangle, whose coordinates are multiples of 4.
+    """
+    whole = np.int64(1) << trailing_zeros(part)
+    one = min(max(np.int64(np.round(u * whole)), 1), whole - 2)
+    two = min(max(np.int64(np.round(v * whole)), 1), whole - one - 1)
+    return weighted_point(part, (whole - one - two, one, two), whole)
+
+
+@kernel
+def extremes_see(geometry, box, part, face):  # type: ignore[no-untyped-def]
+    """Whether a segment from near a corner of a box (2, 3) to near a corner of a part of a face sees it."""
+    whole = np.int64(1) << trailing_zeros(part)
+    for k in range(3):
+        one, two = whole - 2 if k == 0 else 1, whole - 2 if k == 1 else 1
+        t = weighted_point(part, (one, two, whole - one - two), whole)
+        for i in range(8):
+            c = (
+                box[1, 0] - 1.0 if i & 1 else box[0, 0] + 1.0,
+                box[1, 1] - 1.0 if i & 2 else box[0, 1] + 1.0,
+                box[1, 2] - 1.0 if i & 4 else box[0, 2] + 1.0,
+            )
+            if blocker(geometry, c, t, face) < 0:
+                return True
+    return False
+
+
+@kernel
+def search(geometry, state, pair, what):  # type: ignore[no-untyped-def]
+    """Whether one of some segments of a pair (cell part, face part) sees the face; what: (face, number)."""
+    box, part = pair
+    face, number = what
+    if number > 0 and extremes_see(geometry, box, part, face):
+        return True
+    for _ in range(number):
+        c, t = inner_point(state, box), inner_point_of_face(state, part)
+        if blocker(geometry, c, t, face) < 0:
+            return True
+    return False
