@@ -51,7 +51,7 @@ def encode(
             deltas = make_deltas(cells, pvs, lod)
         with watch.stage("write"):
             provenance = make_provenance(source, vars(settings), found, cells, pvs)
-            nav_map = NavMap(scene, cells, pvs, lod, deltas, provenance)
+            nav_map = NavMap(scene, cells, pvs, lod, deltas, provenance, settings.visibility.max_range)
             write_tileset(folder, nav_map, planes(cells, scene.step), settings.tileset)
         report = run_report(watch)
         write_report(folder, report)

@@ -66,8 +66,9 @@ def encode_settings(given: argparse.Namespace) -> EncodeSettings:
     values = {name: value for name, value in vars(given).items() if value is not None}
     if "seed" in values:
         values["coverage_seed"] = values["seed"]
-    if "seeds" in values:
-        values["seeds"] = tuple(values["seeds"])
+    for name in ("seeds", "transparent", "one_sided"):
+        if name in values:
+            values[name] = tuple(values[name])
     try:
         return EncodeSettings(
             scene=_settings(SceneSettings, values),
@@ -185,6 +186,18 @@ def _add_scene_options(group: Any) -> None:
     group.add_argument(
         "--region", type=_numbers(4), metavar="X0,Y0,X1,Y1", help="part of the scene, m, nav frame"
     )
+    group.add_argument(
+        "--transparent",
+        action="append",
+        metavar="PATTERN",
+        help="parts or materials whose name matches (shell-style) are seen and hide nothing; may be repeated",
+    )
+    group.add_argument(
+        "--one-sided",
+        action="append",
+        metavar="PATTERN",
+        help="those whose name matches are seen only from where their corners run counter-clockwise",
+    )
 
 
 def _add_cell_options(group: Any) -> None:
@@ -226,6 +239,9 @@ def _add_table_options(group: Any) -> None:
         type=_integer(0, LIMITS["rays"]),
         metavar="N",
         help=f"uniform rays of a cell that find faces ({sight.rays})",
+    )
+    group.add_argument(
+        "--max-range", type=_number, metavar="M", help="leave out faces not seen from nearer than this, m"
     )
     group.add_argument(
         "--attempts", type=_integer(0), metavar="N", help=f"tries to prove a face hidden ({sight.attempts})"

@@ -41,9 +41,22 @@ def _overview(figures: dict[str, Any]) -> Table:
     )
     for row in rows:
         table.add_row(*row)
+    for row in _limits(figures):
+        table.add_row(*row)
     for reason, count in (figures["undecided"] or {}).items():
         table.add_row(f"undecided: {reason}", f"{count:,}")
     return table
+
+
+def _limits(figures: dict[str, Any]) -> list[tuple[str, str]]:
+    """Rows on what bounds visibility, where anything does."""
+    rows = []
+    if figures["max_range"] is not None:
+        rows.append(("range", f"{figures['max_range']:g} m"))
+    for kind in ("porous", "one_sided"):
+        if figures[f"{kind}_objects"]:
+            rows.append((f"objects, {kind.replace('_', '-')}", f"{figures[f'{kind}_objects']:,}"))
+    return rows
 
 
 def _bytes(sizes: dict[str, Any]) -> Table:

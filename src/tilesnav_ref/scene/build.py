@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.scene.arrange import Unarranged, arrange
 from tilesnav_ref.scene.errors import SceneError
+from tilesnav_ref.scene.kinds import ONE_SIDED, POROUS, object_flags
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.scene.noding import count_junctions, node
 from tilesnav_ref.scene.objects import form_objects
@@ -29,6 +30,8 @@ class Soup:
     """(F,) part of each face."""
     part_names: tuple[str, ...]
     """Name of each part."""
+    part_kinds: NDArray[np.int64] | None = None
+    """Kind of each part (kinds.py); None when all are opaque and two-sided."""
 
 
 @dataclass(frozen=True)
@@ -82,12 +85,17 @@ def build_scene(
     else:
         source, junctions, before = np.arange(len(faces)), count_junctions(vertices, faces), len(faces)
     part = soup.part[kept[source]]
-    face_object, names = form_objects(vertices, faces, part, soup.part_names, settings)
+    kind = np.zeros(len(part), np.int64) if soup.part_kinds is None else soup.part_kinds[part]
+    face_object, names = form_objects(vertices, faces, part, soup.part_names, settings, kind)
     matrix = np.eye(4) if tileset_from_nav is None else tileset_from_nav
     mesh = Unarranged(vertices, faces, face_object, names)
     scene, order = arrange(mesh, settings.content_faces, settings.grid_exponent, matrix)
     return Build(
-        scene=scene,
+        scene=replace(
+            scene,
+            object_porous=object_flags(scene.face_object, kind[order], POROUS),
+            object_one_sided=object_flags(scene.face_object, kind[order], ONE_SIDED),
+        ),
         source=kept[source[order]],
         degenerate_removed=len(soup.faces) - len(kept),
         junctions=junctions,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from tilesnav_ref.scene.build import Build, Soup, build_scene
 from tilesnav_ref.scene.crop import Crop, crop
 from tilesnav_ref.scene.errors import SceneError
 from tilesnav_ref.scene.frame import NavFrame, to_nav
+from tilesnav_ref.scene.kinds import part_kinds
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.scene.read import MeshFile, read_mesh
 from tilesnav_ref.scene.settings import METRES_PER_UNIT, SceneReport, SceneSettings
@@ -45,13 +46,16 @@ def load_scene(path: str | PathLike[str], settings: SceneSettings | None = None)
     settings = settings or SceneSettings()
     path = Path(path)
     clock = _Clock()
-    mesh = read_mesh(path, settings.max_faces)
+    by_name = settings.transparent + settings.one_sided
+    mesh = read_mesh(path, settings.max_faces, with_materials=bool(by_name))
+    labels = [part.labels for part in mesh.parts]
+    kinds = part_kinds(labels, settings.transparent, settings.one_sided, str(path)) if by_name else None
     clock.lap("read")
     vertices, faces, part = _concatenate(mesh)
     frame = to_nav(str(path), path.suffix.lower(), vertices, settings)
     snapped = snap(frame.positions, settings.grid_exponent, str(path))
     used = len(np.unique(faces))
-    soup = Soup(*weld(snapped, faces), part, tuple(p.name for p in mesh.parts))
+    soup = Soup(*weld(snapped, faces), part, tuple(p.name for p in mesh.parts), kinds)
     merged = used - len(soup.vertices)
     clock.lap("snap")
     soup, cropping = _crop(soup, settings, str(path))
@@ -107,7 +111,7 @@ def _crop(soup: Soup, settings: SceneSettings, source: str) -> tuple[Soup, Crop 
         extent = f"{np.array2string(lower * settings.step)} to {np.array2string(upper * settings.step)} m"
         raise SceneError(source, "region", f"no face in {settings.region}", f"a part of {extent}")
     kept = result.keep
-    return Soup(soup.vertices, soup.faces[kept], soup.part[kept], soup.part_names), result
+    return replace(soup, faces=soup.faces[kept], part=soup.part[kept]), result
 
 
 def _report(

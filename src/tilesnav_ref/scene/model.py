@@ -35,6 +35,10 @@ class Scene:
     """The step is 2**grid_exponent metres."""
     tileset_from_nav: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
     """(4, 4) rigid motion from the nav frame to the frame of the entry tileset."""
+    object_porous: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
+    """(K,) whether an object is seen and hides nothing; empty when none is porous."""
+    object_one_sided: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
+    """(K,) whether the faces of an object are seen from their front only; empty when none is one-sided."""
 
     @property
     def step(self) -> float:
@@ -55,6 +59,19 @@ class Scene:
     def content_count(self) -> int:
         """Number of contents."""
         return int(self.object_content[-1]) + 1 if len(self.object_content) else 0
+
+    @property
+    def porous(self) -> NDArray[np.bool_]:
+        """(F,) whether each face is porous."""
+        return self._of_faces(self.object_porous)
+
+    @property
+    def one_sided(self) -> NDArray[np.bool_]:
+        """(F,) whether each face is one-sided."""
+        return self._of_faces(self.object_one_sided)
+
+    def _of_faces(self, flags: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        return flags[self.face_object] if len(flags) else np.zeros(len(self.faces), np.bool_)
 
     def corners(self) -> NDArray[np.int64]:
         """(F, 3, 3) grid coordinates of the corners of every face."""

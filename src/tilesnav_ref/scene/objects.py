@@ -17,6 +17,7 @@ def form_objects(
     part: NDArray[np.int64],
     names: tuple[str, ...],
     settings: SceneSettings,
+    kind: NDArray[np.int64] | None = None,
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
     """Give every face an object.
 
@@ -30,6 +31,8 @@ def form_objects(
     names : tuple of str
         Name of each part.
     settings : SceneSettings
+    kind : (F,) int64 or None
+        Kind of each face (kinds.py), the same for a whole part; objects of different kinds are never merged.
 
     Returns
     -------
@@ -43,12 +46,31 @@ def form_objects(
     object_of = first_seen_numbers(group)
     _, first = np.unique(object_of, return_index=True)
     labels = [names[part[i]] if several else f"{names[part[i]]}#{k}" for k, i in enumerate(first)]
-    merged = merge_small(vertices, faces, object_of, settings)
+    kind = np.zeros(len(faces), np.int64) if kind is None else kind
+    merged = _merge_alike(vertices, faces, (object_of, kind), settings)
     sizes = np.bincount(object_of)
     owner = merged[first]
     by_size = np.lexsort((np.arange(len(first)), -sizes))
     largest = by_size[np.unique(owner[by_size], return_index=True)[1]]
     return _divide_large(vertices, faces, merged, [labels[k] for k in largest], settings.object_faces_max)
+
+
+def _merge_alike(
+    vertices: NDArray[np.int64],
+    faces: NDArray[np.int64],
+    given: tuple[NDArray[np.int64], NDArray[np.int64]],
+    settings: SceneSettings,
+) -> NDArray[np.int64]:
+    """Merge small objects, but none with one of another kind; `given` is object and kind of every face."""
+    object_of, kind = given
+    result = np.zeros(len(faces), np.int64)
+    count = 0
+    for one in np.unique(kind):
+        chosen = kind == one
+        merged = merge_small(vertices, faces[chosen], first_seen_numbers(object_of[chosen]), settings)
+        result[chosen] = merged + count
+        count += int(merged.max()) + 1
+    return first_seen_numbers(result)
 
 
 def merge_small(

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from tilesnav_ref.scene.claims import check_claims, is_binary_stl
 from tilesnav_ref.scene.errors import SceneError
+from tilesnav_ref.scene.materials import material_names, with_named_materials
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off")
 
@@ -55,6 +56,8 @@ class Part:
     """(V, 3) file units, axes of the file, node transforms applied."""
     faces: NDArray[np.int64]
     """(F, 3), within range."""
+    labels: tuple[str, ...] = ()
+    """Names by which it can be chosen: its own, that of its mesh, that of its material if it was asked for."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,7 @@ class MeshFile:
     """Geometries without faces: points and lines."""
 
 
-def read_mesh(path: Path, max_faces: int) -> MeshFile:
+def read_mesh(path: Path, max_faces: int, with_materials: bool = False) -> MeshFile:
     """Read every triangle of a file.
 
     Parameters
@@ -75,6 +78,8 @@ def read_mesh(path: Path, max_faces: int) -> MeshFile:
         File with one of the names in SUFFIXES.
     max_faces : int
         Greatest number of faces and of vertices, instances counted.
+    with_materials : bool
+        Whether the labels of parts hold the names of their materials.
 
     Raises
     ------
@@ -87,8 +92,9 @@ def read_mesh(path: Path, max_faces: int) -> MeshFile:
         raise SceneError(source, "name", repr(suffix), ", ".join(SUFFIXES))
     data = _read_bytes(path)
     claimed = check_claims(path, data, max_faces)
-    scene = _parse(path, suffix, data)
-    parts, skipped = _placed_parts(source, scene, max_faces)
+    scene = _parse(path, suffix, data, with_materials)
+    materials = material_names(suffix, data, scene) if with_materials else {}
+    parts, skipped = _placed_parts(source, scene, max_faces, materials)
     count = sum(len(p.faces) for p in parts)
     if claimed is not None and count < claimed:
         raise SceneError(source, "faces", f"{count} of the {claimed} that the header claims", "all of them")
@@ -108,18 +114,23 @@ def _read_bytes(path: Path) -> bytes:
         raise SceneError(str(path), "file", error.strerror or str(error), "a readable file") from error
 
 
-def _parse(path: Path, suffix: str, data: bytes) -> trimesh.Scene:
+def _parse(path: Path, suffix: str, data: bytes, with_materials: bool) -> trimesh.Scene:
     """Hand the bytes to trimesh; from memory, so that no claimed length allocates more than there is."""
-    options: dict[str, Any] = {"split_objects": True, "maintain_order": True} if suffix == ".obj" else {}
+    options: dict[str, Any] = {"skip_materials": True}
+    resolver: trimesh.resolvers.Resolver = trimesh.resolvers.FilePathResolver(str(path.resolve()))
+    if suffix == ".obj":
+        options.update(split_objects=True, maintain_order=True)
+        if with_materials:
+            data, resolver = with_named_materials(data)
+            options["skip_materials"] = False
     try:
         with warnings.catch_warnings(), _silent(logging.getLogger("trimesh")):
             warnings.simplefilter("ignore")
             return trimesh.load_scene(
                 io.BytesIO(_as_utf8(suffix, data)),
                 file_type=suffix[1:],
-                resolver=trimesh.resolvers.FilePathResolver(str(path.resolve())),
+                resolver=resolver,
                 process=False,
-                skip_materials=True,
                 **options,
             )
     except PARSER_FAILURES as error:
@@ -149,13 +160,16 @@ def _as_utf8(suffix: str, data: bytes) -> bytes:
     return data
 
 
-def _placed_parts(source: str, scene: trimesh.Scene, max_faces: int) -> tuple[tuple[Part, ...], int]:
+def _placed_parts(
+    source: str, scene: trimesh.Scene, max_faces: int, materials: dict[str, str]
+) -> tuple[tuple[Part, ...], int]:
     meshes = {n: g for n, g in scene.geometry.items() if isinstance(g, trimesh.Trimesh) and len(g.faces)}
     placed = []
     for node in sorted(scene.graph.nodes_geometry, key=str):
         matrix, name = scene.graph[node]
         if name in meshes:
-            placed.append((str(node), np.asarray(matrix, np.float64), meshes[name]))
+            labels = (str(node), str(name), *([materials[name]] if name in materials else []))
+            placed.append((labels, np.asarray(matrix, np.float64), meshes[name]))
     for what, count in (
         ("faces", sum(len(mesh.faces) for _, _, mesh in placed)),
         ("vertices", sum(len(mesh.vertices) for _, _, mesh in placed)),
@@ -164,11 +178,14 @@ def _placed_parts(source: str, scene: trimesh.Scene, max_faces: int) -> tuple[tu
             raise SceneError(
                 source, "scene", f"{count} {what}, instances counted", f"at most {max_faces} (max_faces)"
             )
-    parts = tuple(_part(source, name, matrix, mesh) for name, matrix, mesh in placed)
+    parts = tuple(_part(source, labels, matrix, mesh) for labels, matrix, mesh in placed)
     return parts, len(scene.geometry) - len(meshes)
 
 
-def _part(source: str, name: str, matrix: NDArray[np.float64], mesh: trimesh.Trimesh) -> Part:
+def _part(
+    source: str, labels: tuple[str, ...], matrix: NDArray[np.float64], mesh: trimesh.Trimesh
+) -> Part:
+    name = labels[0]
     vertices = np.asarray(mesh.vertices, np.float64)
     faces = np.asarray(mesh.faces, np.int64)
     if vertices.shape[1:] != (3,) or faces.shape[1:] != (3,):
@@ -191,4 +208,4 @@ def _part(source: str, name: str, matrix: NDArray[np.float64], mesh: trimesh.Tri
             raise SceneError(
                 source, f"node {name}", "a transform with non-finite result", "finite coordinates"
             )
-    return Part(name, vertices, faces)
+    return Part(name, vertices, faces, labels)

@@ -52,6 +52,10 @@ class SceneSettings:
     """Metres: small objects that are longer than this, or farther than this from any other, stay alone."""
     content_faces: int = 8192
     """Faces that a content holds at most, unless a single object has more."""
+    transparent: tuple[str, ...] = ()
+    """Shell-style patterns of names of parts or materials that are seen and hide nothing."""
+    one_sided: tuple[str, ...] = ()
+    """Shell-style patterns of names of parts or materials that are seen from their front only."""
     max_faces: int = 20_000_000
     """Faces (and vertices) that a file may hold, instances counted; about 3 GB of memory."""
 

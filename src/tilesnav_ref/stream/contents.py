@@ -28,6 +28,10 @@ class ContentRef:
     content_id: int
     face_count: int
     object_count: int
+    porous: tuple[int, ...] = ()
+    """Ascending indices of its primitives that hide nothing."""
+    one_sided: tuple[int, ...] = ()
+    """Ascending indices of its primitives that are seen from their front only."""
 
 
 @dataclass(frozen=True)
@@ -132,6 +136,17 @@ def _level(content: Fields) -> int:
 
 def _content_ref(content: Fields, path: Path) -> ContentRef:
     extension = content.fields("extensions").fields(EXTENSION)
+    objects = extension.integer("objectCount")
     return ContentRef(
-        path, extension.integer("contentId"), extension.integer("faceCount"), extension.integer("objectCount")
+        path,
+        extension.integer("contentId"),
+        extension.integer("faceCount"),
+        objects,
+        _indices(extension, "porous", objects),
+        _indices(extension, "oneSided", objects),
     )
+
+
+def _indices(extension: Fields, name: str, below: int) -> tuple[int, ...]:
+    """Ascending indices of primitives; none when the member is absent."""
+    return extension.ascending(name, below) if extension.has(name) else ()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 from tilesnav_ref.stream.errors import TilesetError
@@ -39,6 +40,17 @@ class Fields:
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
             raise self.error(name, value, f"an integer from {low} to {high}")
         return value
+
+    def ascending(self, name: str, below: int) -> tuple[int, ...]:
+        """Return a list of ascending integers from 0 to below - 1; raises TilesetError for anything else."""
+        value = self._value(name)
+        if not isinstance(value, list):
+            raise self.error(name, value, "an array of integers")
+        items = Fields(self.source, self._path(name), {str(i): v for i, v in enumerate(value)})
+        found = tuple(items.integer(str(i), 0, below - 1) for i in range(len(value)))
+        if any(a >= b for a, b in pairwise(found)):
+            raise self.error(name, value, "integers in strictly ascending order")
+        return found
 
     def number(self, name: str) -> float:
         """Return a finite number; raises TilesetError for anything else."""

@@ -38,6 +38,23 @@ class NavTileset:
     provenance: dict[str, Any]
     sectors: tuple[Sector, ...]
     contents: tuple[ContentRef, ...]
+    max_range: float | None = None
+    """Metres within which a face counts as visible; None for any distance."""
+
+    @property
+    def porous_objects(self) -> NDArray[np.int64]:
+        """Numbers of the objects that are seen and hide nothing, ascending."""
+        return self._objects([content.porous for content in self.contents])
+
+    @property
+    def one_sided_objects(self) -> NDArray[np.int64]:
+        """Numbers of the objects whose faces are seen from their front only, ascending."""
+        return self._objects([content.one_sided for content in self.contents])
+
+    def _objects(self, indices: list[tuple[int, ...]]) -> NDArray[np.int64]:
+        firsts = np.cumsum([0, *(content.object_count for content in self.contents)])
+        numbers = [first + i for first, of_content in zip(firsts, indices, strict=False) for i in of_content]
+        return np.array(numbers, np.int64)
 
     @cached_property
     def object_offsets(self) -> NDArray[np.int64]:
@@ -144,7 +161,18 @@ def open_tileset(place: Path) -> NavTileset:
         provenance=entry.fields("provenance").members,
         sectors=_open_sectors(entry, root, limits),
         contents=contents,
+        max_range=_max_range(entry),
     )
+
+
+def _max_range(entry: Fields) -> float | None:
+    if not entry.has("visibility"):
+        return None
+    visibility = entry.fields("visibility")
+    value = visibility.number("maxRange")
+    if value <= 0:
+        raise visibility.error("maxRange", value, "a number greater than 0")
+    return value
 
 
 def _check_version(entry: Fields) -> None:

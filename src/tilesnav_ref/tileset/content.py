@@ -27,6 +27,10 @@ class Content:
     """(3,) least grid coordinates of its positions, nav frame."""
     upper: NDArray[np.int64]
     """(3,) greatest grid coordinates."""
+    porous: tuple[int, ...] = ()
+    """Ascending indices of the objects within the content that hide nothing."""
+    one_sided: tuple[int, ...] = ()
+    """Ascending indices of the objects within the content that are seen from their front only."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +65,14 @@ def make_content(scene: Scene, content: int) -> Content:
         object_count=len(objects),
         lower=grid.min(axis=0),
         upper=grid.max(axis=0),
+        porous=_flagged(scene.object_porous, objects),
+        one_sided=_flagged(scene.object_one_sided, objects),
     )
+
+
+def _flagged(flags: NDArray[np.bool_], objects: NDArray[np.int64]) -> tuple[int, ...]:
+    """Positions among the objects of a content of those that have a flag; `flags` is empty when none has."""
+    return tuple(np.flatnonzero(flags[objects]).tolist()) if len(flags) else ()
 
 
 def gltf_positions(grid: NDArray[np.int64], step: float) -> NDArray[np.float32]:

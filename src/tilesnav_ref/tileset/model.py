@@ -64,3 +64,5 @@ class NavMap:
     deltas: DeltaTable
     provenance: dict[str, Any]
     """The entry object's member of that name; JSON values."""
+    max_range: float | None = None
+    """Metres within which a face counts as visible; None for any distance."""

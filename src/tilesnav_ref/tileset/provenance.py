@@ -16,6 +16,9 @@ from tilesnav_ref.visibility.model import PvsTable
 NOT_OF_THE_RESULT = {"threads", "seconds", "source"}
 """Settings and findings that must not change the bytes of a tileset: machine, time and place of the run."""
 
+ONLY_WHERE_GIVEN = {"transparent", "one_sided", "max_range"}
+"""Settings that are stated where they were given."""
+
 CHUNK_BYTES = 1 << 20
 
 
@@ -60,4 +63,8 @@ def file_digest(path: Path) -> str:
 
 
 def _members(values: Any) -> dict[str, Any]:
-    return {name: value for name, value in asdict(values).items() if name not in NOT_OF_THE_RESULT}
+    return {
+        name: value
+        for name, value in asdict(values).items()
+        if name not in NOT_OF_THE_RESULT and (value or name not in ONLY_WHERE_GIVEN)
+    }

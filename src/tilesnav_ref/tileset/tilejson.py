@@ -41,13 +41,15 @@ class Tile:
 
 def content_tile(uri: str, content_id: int, content: Content) -> Tile:
     """State what tileset.json says about a content of level 0."""
-    extension = {
+    extension: Json = {
         "contentId": content_id,
         "level": 0,
         "faceCount": content.face_count,
         "objectCount": content.object_count,
         "sha256": hashlib.sha256(content.data).hexdigest(),
     }
+    flags = {"porous": content.porous, "oneSided": content.one_sided}
+    extension.update({name: list(objects) for name, objects in flags.items() if objects})
     return Tile(uri, extension, content.lower, content.upper)
 
 
@@ -94,6 +96,7 @@ def _child(scene: Scene, tile: Tile) -> Json:
 
 
 def _entry(nav_map: NavMap, sectors: list[Sector]) -> Json:
+    limits = {} if nav_map.max_range is None else {"visibility": {"maxRange": nav_map.max_range}}
     scene, cells, pvs, lod = nav_map.scene, nav_map.cells, nav_map.pvs, nav_map.lod.settings
     return {
         "version": SPEC_VERSION,
@@ -107,6 +110,7 @@ def _entry(nav_map: NavMap, sectors: list[Sector]) -> Json:
         "sectors": [_sector(nav_map, sector) for sector in sectors],
         "lod": {"reference": lod.reference, "base": lod.base, "levelCount": lod.level_count},
         "pvs": {"listed": len(pvs.pvs_faces), "provenVisible": int(np.count_nonzero(pvs.pvs_proven))},
+        **limits,
         "provenance": nav_map.provenance,
     }
 

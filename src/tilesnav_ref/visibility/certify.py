@@ -18,7 +18,7 @@ from tilesnav_ref.visibility.geometry import Geometry
 from tilesnav_ref.visibility.occluder import DEGENERATE, PROVED, Flood, Obstacle, make_flood, prove_hidden
 from tilesnav_ref.visibility.segments import extremes_see, inner_point, inner_point_of_face, search
 from tilesnav_ref.visibility.shaft import Shaft, make_shaft, set_shaft
-from tilesnav_ref.visibility.sight import blocker, crossings
+from tilesnav_ref.visibility.sight import crossings, sees
 
 VISIBLE = -1
 """A segment was found that proves the face visible."""
@@ -171,7 +171,7 @@ def _explore(geometry, work, cell, face, budget):  # type: ignore[no-untyped-def
         top -= 1
         box, part, level = work.cells[top].copy(), work.parts[top].copy(), work.levels[top]
         segment = (inner_point(work.random, box), inner_point_of_face(work.random, part))
-        if blocker(geometry, segment[0], segment[1], face) < 0:
+        if sees(geometry, segment[0], segment[1], face):
             return VISIBLE, box, part
         set_shaft(work.shaft, box, part, 3)
         if _attempt(geometry, work, obstacle, segment, (_size(box) < _size(part), False)) == PROVED:

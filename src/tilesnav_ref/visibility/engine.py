@@ -25,6 +25,7 @@ from tilesnav_ref.visibility.blocks import Block, make_blocks, make_groups
 from tilesnav_ref.visibility.certify import REASONS, Budget, Workspace, make_workspace
 from tilesnav_ref.visibility.descend import cull, cull_faces, decide
 from tilesnav_ref.visibility.geometry import FineFrame, build_geometry, fine_frame, to_fine
+from tilesnav_ref.visibility.limits import leave_out
 from tilesnav_ref.visibility.model import PvsTable
 from tilesnav_ref.visibility.sampling import RayCaster
 from tilesnav_ref.visibility.segments import RANDOM_MODULUS
@@ -61,7 +62,7 @@ class _Run:
         frame = _common_frame(scene, cells)
         self.settings = settings
         self.cells = cells
-        self.geometry = build_geometry(scene, frame)
+        self.geometry = build_geometry(scene, frame, settings.max_range)
         self.caster = RayCaster(self.geometry, frame)
         self.boxes = np.stack([to_fine(cells.lower, frame), to_fine(cells.upper, frame)], axis=1)
         self.budget = Budget(settings.attempts, settings.depth, settings.leaf_segments)
@@ -179,6 +180,7 @@ def _see(run: _Run, work: Workspace, state: State, found: dict[int, _Seen]) -> N
     run.check_stop()
     block, alive, proven, level = state
     alive = alive.copy()
+    leave_out(run.geometry, block.box, alive)
     work.random[0] = _random_start(run.settings.seed, block)
     if not block.halves:
         cell = block.cells[0]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+from math import ceil, floor
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +45,18 @@ class Geometry(NamedTuple):
     """(B,) number of faces below the node."""
     face_order: NDArray[np.int32]
     """(F,) faces in the order of the leaves."""
+    porous: NDArray[np.bool_]
+    """(F,) the face is seen and hides nothing."""
+    one_sided: NDArray[np.bool_]
+    """(F,) the face is seen only from where its corners run counter-clockwise."""
+    near: int
+    """Whole fine units; what is at most so far away is within the range."""
+    far: int
+    """Whole fine units; what is at least so far away is out of range. UNLIMITED: nothing is."""
+
+
+UNLIMITED = 2**31
+"""Fine units; farther than any two points of a scene are apart."""
 
 
 class FineFrame(NamedTuple):
@@ -72,8 +86,8 @@ def to_fine(points: NDArray[np.int64], frame: FineFrame) -> NDArray[np.float64]:
     return ((points - frame.origin) * frame.scale).astype(np.float64)
 
 
-def build_geometry(scene: Scene, frame: FineFrame) -> Geometry:
-    """Corners, edges and box hierarchy of a scene in the fine units of `frame`."""
+def build_geometry(scene: Scene, frame: FineFrame, max_range: float | None = None) -> Geometry:
+    """Corners, edges and box hierarchy of a scene in the fine units of `frame`; `max_range` in metres."""
     corners = np.ascontiguousarray(to_fine(scene.corners(), frame))
     ends, face_edges = _edges(scene.faces)
     order = np.argsort(face_edges.ravel(), kind="stable")
@@ -82,7 +96,16 @@ def build_geometry(scene: Scene, frame: FineFrame) -> Geometry:
     edge_faces = (order // 3).astype(np.int32)
     edge_ends = np.ascontiguousarray(to_fine(scene.vertices[ends], frame))
     boxes = box_hierarchy(corners.min(axis=1), corners.max(axis=1), LEAF_FACES)
-    return Geometry(corners, face_edges, edge_offsets, edge_faces, edge_ends, *boxes)
+    edges = (face_edges, edge_offsets, edge_faces, edge_ends)
+    return Geometry(corners, *edges, *boxes, scene.porous, scene.one_sided, *_reach(scene, frame, max_range))
+
+
+def _reach(scene: Scene, frame: FineFrame, max_range: float | None) -> tuple[int, int]:
+    """Greatest whole number below a range in fine units, and least one above it."""
+    if max_range is None or max_range >= UNLIMITED * scene.step / frame.scale:
+        return UNLIMITED, UNLIMITED
+    reach = Fraction(max_range) / Fraction(scene.step) * frame.scale
+    return ceil(reach) - 1, floor(reach) + 1
 
 
 def _edges(faces: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.geometry import box_hierarchy
 from tilesnav_ref.visibility.segments import nearest_inner_point
-from tilesnav_ref.visibility.sight import STACK, blocker, inverse_direction
+from tilesnav_ref.visibility.sight import STACK, inverse_direction, sees
 
 LEAF_CELLS = 2
 FAR = 2.0**31
@@ -80,6 +80,28 @@ def share_lines(geometry, cells, lines, hits, seen):  # type: ignore[no-untyped-
         least = _distance(start, along, ends[1][1]) if back >= 0 else -FAR
         most = _distance(start, along, ends[0][1]) if front >= 0 else FAR
         _walk(geometry, cells, (start, along, least, most), ends, seen)
+
+
+@kernel
+def share_passed(geometry, cells, lines, hits, seen):  # type: ignore[no-untyped-def]
+    """Set seen[cell, face] for porous faces on lines, for every cell that sees them through whatever is porous.
+
+    As `share_lines`, but `lines` has a third member: (2 L,) how far the line is free of opaque faces, along
+    the directions and then against them, fine units.
+    """
+    points, directions, free = lines
+    faces, weights = hits
+    number = len(points)
+    for i in range(number):
+        if faces[i] < 0 and faces[number + i] < 0:
+            continue
+        start = (points[i, 0], points[i, 1], points[i, 2])
+        along = (float(directions[i, 0]), float(directions[i, 1]), float(directions[i, 2]))
+        ends = (
+            _end(geometry, faces[i], weights[i], start),
+            _end(geometry, faces[number + i], weights[number + i], start),
+        )
+        _walk(geometry, cells, (start, along, -free[number + i], free[i]), ends, seen)
 
 
 @kernel
@@ -162,7 +184,7 @@ def _look(geometry, box, point, ends, seen):  # type: ignore[no-untyped-def]
         if point[k] <= box[0, k] or point[k] >= box[1, k]:
             return
     for face, target in ends:
-        if face >= 0 and seen[face] == 0 and blocker(geometry, point, target, face) < 0:
+        if face >= 0 and seen[face] == 0 and sees(geometry, point, target, face):
             seen[face] = 1
 
 

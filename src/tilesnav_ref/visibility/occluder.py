@@ -113,7 +113,9 @@ def prove_hidden(geometry, work, obstacle, seed, segment, stop_at_silhouettes): 
 
 @kernel
 def _may_occlude(geometry, obstacle, face):  # type: ignore[no-untyped-def]
-    if face == obstacle.face or meets_box(geometry.corners, face, obstacle.cell[0], obstacle.cell[1], False):
+    if geometry.porous[face] or face == obstacle.face:
+        return False
+    if meets_box(geometry.corners, face, obstacle.cell[0], obstacle.cell[1], False):
         return False
     if obstacle.face >= 0:
         return not meets_relative_interior(geometry.corners, face, obstacle.face)

@@ -7,28 +7,65 @@ I. Wald et al., Embree: a kernel framework for efficient CPU ray tracing, ACM TO
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
 from numpy.typing import NDArray
 
 from tilesnav_ref.visibility.geometry import FineFrame, Geometry
+from tilesnav_ref.visibility.lines import FAR
+
+
+Hits = tuple[NDArray[np.int32], NDArray[np.float64]]
+"""(R,) faces, -1 for none, and (R, 2) barycentric weights of corners 1 and 2."""
+
+MOST_PASSED = 8
+"""Porous faces that are found on one ray."""
+PASS_STEP = 1.0
+"""Grid steps behind a porous face from where a ray goes on; leaves nearer to each other are found by others."""
+
+
+class _Part:
+    """Embree scene of some faces in grid steps about the middle of the scene; exact in float32."""
+
+    def __init__(self, geometry: Geometry, frame: FineFrame, faces: NDArray[np.int32]) -> None:
+        self._faces = np.append(faces, np.int32(-1))  # the last is for -1, none
+        self._scene = rtcore_scene.EmbreeScene()
+        corners = geometry.corners[faces] if len(faces) < len(geometry.corners) else geometry.corners
+        triangles = np.ascontiguousarray(corners / frame.scale, np.float32)
+        self._mesh = TriangleMesh(self._scene, triangles) if len(faces) else None
+
+    def run(
+        self,
+        origins: NDArray[np.float32],
+        directions: NDArray[np.float32],
+        dists: NDArray[np.float32] | None = None,
+    ) -> tuple[Hits, NDArray[np.float64]]:
+        """First hits, and how far away they are in lengths of the direction."""
+        count = len(origins)
+        if self._mesh is None:
+            return (np.full(count, -1, np.int32), np.zeros((count, 2))), np.full(count, np.inf)
+        hit = self._scene.run(origins, directions, dists=dists, query="INTERSECT", output=True)
+        weights = np.stack([hit["u"], hit["v"]], axis=1).astype(np.float64)
+        return (self._faces[hit["primID"]], weights), hit["tfar"].astype(np.float64)
 
 
 class RayCaster:
-    """Embree scene in grid steps about the middle of the scene, exact in float32 for a scene on the grid."""
+    """First hits of rays on a scene; where it has porous faces, on what is opaque and on what is porous."""
 
     def __init__(self, geometry: Geometry, frame: FineFrame) -> None:
         self._frame = frame
-        self._scene = rtcore_scene.EmbreeScene()
-        self._mesh = TriangleMesh(
-            self._scene, np.ascontiguousarray(geometry.corners / frame.scale, np.float32)
-        )
+        self.has_porous = bool(geometry.porous.any())
+        numbers = np.arange(len(geometry.corners), dtype=np.int32)
+        self._opaque = _Part(geometry, frame, numbers[~geometry.porous])
+        self._porous = _Part(geometry, frame, numbers[geometry.porous])
 
     def first_hits(
         self, points: NDArray[np.float64], directions: NDArray[np.float32]
     ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-        """First face that each ray hits (-1: none), and where on it.
+        """First opaque face that each ray hits (-1: none), and where on it.
 
         Parameters
         ----------
@@ -39,9 +76,36 @@ class RayCaster:
         -------
         (R,) faces and (R, 2) barycentric weights of corners 1 and 2.
         """
+        return self.opaque_hits(points, directions)[0]
+
+    def opaque_hits(
+        self, points: NDArray[np.float64], directions: NDArray[np.float32]
+    ) -> tuple[Hits, NDArray[np.float64]]:
+        """First opaque faces as `first_hits` gives them, and how far away they are, fine units (FAR: none)."""
         origins = np.ascontiguousarray(points / self._frame.scale, np.float32)
-        hit = self._scene.run(origins, directions, query="INTERSECT", output=True)
-        return hit["primID"].astype(np.int32), np.stack([hit["u"], hit["v"]], axis=1).astype(np.float64)
+        hits, distances = self._opaque.run(origins, directions)
+        return hits, np.where(hits[0] < 0, FAR, distances * self._frame.scale)
+
+    def porous_hits(
+        self, points: NDArray[np.float64], directions: NDArray[np.float32], free: NDArray[np.float64]
+    ) -> Iterator[Hits]:
+        """Porous faces on each ray before it has gone `free` (R,) fine units: the first ones, the second, ..."""
+        done = np.zeros(len(points))
+        going = np.arange(len(points))
+        for _ in range(MOST_PASSED):
+            left = (free[going] - done[going]) / self._frame.scale
+            going, left = going[left > 0], left[left > 0]
+            if not len(going):
+                return
+            along = directions[going]
+            origins = (points[going] + done[going, None] * along) / self._frame.scale
+            hits, distances = self._porous.run(origins.astype(np.float32), along, left.astype(np.float32))
+            met = hits[0] >= 0
+            faces, weights = np.full(len(points), -1, np.int32), np.zeros((len(points), 2))
+            faces[going[met]], weights[going[met]] = hits[0][met], hits[1][met]
+            going = going[met]
+            done[going] += (distances[met] + PASS_STEP) * self._frame.scale
+            yield faces, weights
 
 
 def random_directions(random: np.random.Generator, count: int) -> NDArray[np.float32]:
@@ -57,6 +121,15 @@ def random_points(random: np.random.Generator, box: NDArray[np.float64], count: 
     return random.integers(box[0].astype(np.int64) + 1, box[1].astype(np.int64), (count, 3)).astype(
         np.float64
     )
+
+
+def points_within(
+    random: np.random.Generator, box: NDArray[np.float64], targets: NDArray[np.float64], near: int
+) -> NDArray[np.float64]:
+    """(K, 3) integer points strictly inside a box (2, 3), as a rule about `near` from targets (K, 3) or less."""
+    low = np.clip(np.ceil(targets - near), box[0] + 1, box[1] - 1)
+    high = np.clip(np.floor(targets + near), low, box[1] - 1)
+    return low + np.floor(random.random(targets.shape) * (high - low + 1))
 
 
 def points_on_faces(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from tilesnav_ref.kernels import kernel
-from tilesnav_ref.visibility.sight import blocker
+from tilesnav_ref.visibility.sight import sees
 
 RANDOM_MODULUS = 2**31 - 1
 
@@ -97,7 +97,7 @@ def extremes_see(geometry, box, part, face):  # type: ignore[no-untyped-def]
                 box[1, 1] - 1.0 if i & 2 else box[0, 1] + 1.0,
                 box[1, 2] - 1.0 if i & 4 else box[0, 2] + 1.0,
             )
-            if blocker(geometry, c, t, face) < 0:
+            if sees(geometry, c, t, face):
                 return True
     return False
 
@@ -111,6 +111,6 @@ def search(geometry, state, pair, what):  # type: ignore[no-untyped-def]
         return True
     for _ in range(number):
         c, t = inner_point(state, box), inner_point_of_face(state, part)
-        if blocker(geometry, c, t, face) < 0:
+        if sees(geometry, c, t, face):
             return True
     return False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 LIMITS = {"rays": 100_000_000, "aimed_rays": 1000, "depth": 1000, "occluder_faces": 1_000_000, "pairs": 2**40}
@@ -37,11 +38,19 @@ class VisibilitySettings:
     """Cells that are treated together first."""
     pairs: int = 2**28
     """Pairs of a cell and a face under survey at a time; each takes two bytes of memory."""
+    max_range: float | None = None
+    """Metres; a face is visible only from nearer than this. None: from any distance."""
 
     def __post_init__(self) -> None:
         """Refuse what no work can be done with: ValueError with setting, found and allowed values."""
         least = {"occluder_faces": 1, "block_cells": 1, "pairs": 1}
+        if self.max_range is not None and not 0 < self.max_range < math.inf:
+            raise ValueError(
+                f"visibility setting max_range: found {self.max_range}; allowed: metres greater than 0"
+            )
         for name, value in vars(self).items():
+            if name == "max_range":
+                continue
             low = least.get(name, 0)
             high = LIMITS.get(name, 2**31 - 1)
             if not low <= value <= high:

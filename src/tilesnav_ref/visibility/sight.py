@@ -6,6 +6,7 @@ import numpy as np
 
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.exact import orientation
+from tilesnav_ref.visibility.geometry import UNLIMITED
 
 MISS = 0
 """The half-open segment [c, t) does not meet the face."""
@@ -81,12 +82,7 @@ def inverse_direction(c, t):  # type: ignore[no-untyped-def]
 
 @kernel
 def blocker(geometry, c, t, target):  # type: ignore[no-untyped-def]
-    """Any face other than `target` that [c, t) meets or may meet, or -1 when it surely meets none.
-
-    Notes
-    -----
-    -1 is a proof: when t lies in the relative interior of `target`, the target is visible from c.
-    """
+    """Any opaque face other than `target` that [c, t) meets or may meet, or -1 when it surely meets none."""
     stack = np.empty(STACK, np.int32)
     inverse = inverse_direction(c, t)
     stack[0] = 0
@@ -103,14 +99,40 @@ def blocker(geometry, c, t, target):  # type: ignore[no-untyped-def]
             continue
         for k in range(geometry.box_first[node], geometry.box_first[node] + geometry.box_count[node]):
             face = geometry.face_order[k]
-            if face != target and meet(geometry.corners, face, c, t) != MISS:
+            if face == target or geometry.porous[face]:
+                continue
+            if meet(geometry.corners, face, c, t) != MISS:
                 return face
     return -1
 
 
 @kernel
+def counts(geometry, c, t, face):  # type: ignore[no-untyped-def]
+    """Whether a segment is surely within the range and begins before the front of a face that is one-sided.
+
+    Notes
+    -----
+    Coordinates are integers and differences below 2**30, so squares and their sum are exact in int64.
+    """
+    if geometry.near < UNLIMITED:
+        x, y, z = np.int64(t[0] - c[0]), np.int64(t[1] - c[1]), np.int64(t[2] - c[2])
+        if x * x + y * y + z * z > geometry.near * geometry.near:
+            return False
+    if not geometry.one_sided[face]:
+        return True
+    corners = geometry.corners
+    return orientation(corner(corners, face, 0), corner(corners, face, 1), corner(corners, face, 2), c) > 0
+
+
+@kernel
+def sees(geometry, c, t, target):  # type: ignore[no-untyped-def]
+    """Whether a segment surely proves `target` visible from c, if t lies in its relative interior."""
+    return counts(geometry, c, t, target) and blocker(geometry, c, t, target) < 0
+
+
+@kernel
 def crossings(geometry, c, t, target, found):  # type: ignore[no-untyped-def]
-    """Faces other than `target` that the segment crosses, ordered from c to t; returns their number.
+    """Opaque faces other than `target` that the segment crosses, from c to t; returns their number.
 
     `found` receives the faces nearest to c; when there are more than it holds, later ones are dropped.
     """
@@ -132,7 +154,7 @@ def crossings(geometry, c, t, target, found):  # type: ignore[no-untyped-def]
             continue
         for k in range(geometry.box_first[node], geometry.box_first[node] + geometry.box_count[node]):
             face = geometry.face_order[k]
-            if face == target:
+            if face == target or geometry.porous[face]:
                 continue
             if meet(geometry.corners, face, c, t) == CROSS:
                 number = _insert(found, where, number, face, _parameter(geometry.corners, face, c, t))

@@ -15,12 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.model import CellComplex
-from tilesnav_ref.visibility.geometry import Geometry
-from tilesnav_ref.visibility.lines import CellBoxes, cell_boxes, share_lines, worth_aiming
+from tilesnav_ref.visibility.geometry import UNLIMITED, Geometry
+from tilesnav_ref.visibility.limits import leave_out
+from tilesnav_ref.visibility.lines import CellBoxes, cell_boxes, share_lines, share_passed, worth_aiming
 from tilesnav_ref.visibility.sampling import (
     RayCaster,
     directions_to,
     points_on_faces,
+    points_within,
     random_directions,
     random_points,
 )
@@ -89,15 +91,26 @@ def _aimed(survey: Survey, row: int, number: int, before: NDArray[np.uint8]) -> 
     """Aim at faces that are likely to be seen, judged by what was seen `before` this round."""
     random = np.random.default_rng([survey.settings.seed, survey.ids[row], number])
     wanted = worth_aiming(survey.geometry, before, row, survey.neighbours[row])
-    wanted = np.repeat(wanted, survey.settings.aimed_rays)
+    within = np.ones(len(survey.geometry.corners), np.bool_)
+    leave_out(survey.geometry, survey.cells.boxes[row], within)
+    wanted = np.repeat(wanted[within[wanted]], survey.settings.aimed_rays)
     for begin in range(0, len(wanted), CHUNK):
         faces = wanted[begin : begin + CHUNK]
-        points = random_points(random, survey.cells.boxes[row], len(faces))
+        box = survey.cells.boxes[row]
+        points = random_points(random, box, len(faces))
         targets = points_on_faces(random, survey.geometry.corners, faces)
+        if survey.geometry.far < UNLIMITED:
+            points = points_within(random, box, targets, survey.geometry.near)
         _share(survey, points, directions_to(points, targets))
 
 
 def _share(survey: Survey, points: NDArray[np.float64], directions: NDArray[np.float32]) -> None:
     both = np.concatenate([points, points]), np.concatenate([directions, -directions])
-    hits = survey.caster.first_hits(*both)
+    if not survey.caster.has_porous:
+        hits = survey.caster.first_hits(*both)
+        share_lines(survey.geometry, survey.cells, (points, directions), hits, survey.seen)
+        return
+    hits, free = survey.caster.opaque_hits(*both)
     share_lines(survey.geometry, survey.cells, (points, directions), hits, survey.seen)
+    for passed in survey.caster.porous_hits(*both, free):
+        share_passed(survey.geometry, survey.cells, (points, directions, free), passed, survey.seen)
