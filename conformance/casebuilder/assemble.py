@@ -103,19 +103,25 @@ def nav_name(sector: int) -> str:
 def content_json(world: World, content: int, data: bytes) -> Json:
     """Content of a tile with its content object."""
     mine = [item for item in world.objects if item.content == content]
-    facts = {
+    facts: Json = {
         "contentId": content,
         "level": 0,
         "faceCount": sum(len(item.triangles) for item in mine),
         "objectCount": len(mine),
         "sha256": hashlib.sha256(data).hexdigest(),
     }
+    flags = {
+        "porous": [i for i, item in enumerate(mine) if item.porous],
+        "oneSided": [i for i, item in enumerate(mine) if item.one_sided],
+    }
+    facts.update({name: indices for name, indices in flags.items() if indices})
     return {"uri": content_name(content), "extensions": {"3DTILES_nav": facts}}
 
 
 def entry_object(world: World, states: list[State]) -> Json:
     """Object extensions.3DTILES_nav of the entry tileset."""
     boxes = [{"box": sector_box(world, first, count)} for first, count in world.sectors]
+    limits = {} if world.max_range is None else {"visibility": {"maxRange": world.max_range}}
     return {
         "version": "0.1.0",
         "grid": {"exponent": world.exponent},
@@ -135,6 +141,7 @@ def entry_object(world: World, states: list[State]) -> Json:
             "levelCount": world.lod.level_count,
         },
         "pvs": {"listed": sum(len(s.faces) for s in states), "provenVisible": sum(s.proven for s in states)},
+        **limits,
         "provenance": {"encoder": "casebuilder 0.1.0", "parameters": {"seed": 0}, "coverage": 0.5},
     }
 

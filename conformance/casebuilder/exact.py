@@ -1,7 +1,7 @@
 """Exact geometry in rational numbers: corners of cells, and which faces are visible from a cell.
 
 Every pair of cell and face is settled by an argument, never by sampling alone: a face is visible because
-one segment with rational ends reaches it, and hidden because of one of two statements.
+one segment with rational ends reaches it, and hidden because of one of these statements.
 
 Convex occluder
     Let W be a convex planar polygon made of faces, C on the one side of its plane and T on the other. The
@@ -11,6 +11,9 @@ Convex occluder
 Far side of a closed convex solid
     A segment that ends inside a facet of a solid and comes from the inner side of that facet's plane runs
     through the interior of the solid just before its end, so it has met the boundary of the solid before.
+
+Occluders and solids are not porous. Two more statements leave no segment that counts: all corners of the cell lie
+weakly behind the plane of a one-sided face, or the boxes around cell and face are the range or more apart.
 """
 
 from __future__ import annotations
@@ -106,10 +109,10 @@ def behind_solid(solid: Object, shape: Shape, corners: tuple[Vector, ...]) -> bo
     return outside and max(_sides(shape.outline, corners)) <= 0
 
 
-def segment_is_free(c: Vector, t: Vector, faces: tuple[Triangle, ...], target: int) -> bool:
-    """Whether [c, t) meets no face but the target; a segment in general position only, else False."""
-    for number, (v0, v1, v2) in enumerate(faces):
-        if number == target or _cross(_sub(v1, v0), _sub(v2, v0)) == NOTHING:
+def segment_is_free(c: Vector, t: Vector, others: tuple[Triangle, ...]) -> bool:
+    """Whether [c, t) meets none of the other faces; a segment in general position only, else False."""
+    for v0, v1, v2 in others:
+        if _cross(_sub(v1, v0), _sub(v2, v0)) == NOTHING:
             continue
         start, end = orient(v0, v1, v2, c), orient(v0, v1, v2, t)
         if end == 0 and start != 0:
@@ -133,35 +136,71 @@ def _mix(rng: random.Random, points: tuple[Vector | Point, ...]) -> Vector:
     return (x, y, z)
 
 
-def _is_hidden(objects: tuple[Object, ...], corners: tuple[Vector, ...], number: int) -> bool:
+def _square(vector: Vector) -> Fraction:
+    return _dot(vector, vector)
+
+
+def _is_far(corners: tuple[Vector, ...], face: Triangle, reach: Fraction) -> bool:
+    """Whether the boxes around a cell and a face are the range or more apart."""
+    gaps = [
+        max(min(p[k] for p in a) - max(q[k] for q in b) for a, b in ((corners, face), (face, corners)))
+        for k in range(3)
+    ]
+    x, y, z = (max(Fraction(gap), Fraction(0)) for gap in gaps)
+    return _square((x, y, z)) >= reach**2
+
+
+def _is_hidden(
+    objects: tuple[Object, ...], corners: tuple[Vector, ...], number: int, reach: Fraction | None
+) -> bool:
     faces = [(item, shape, t) for item in objects for shape in item.shapes for t in shape.triangles]
     owner, shape, face = faces[number]
-    if owner.closed and behind_solid(owner, shape, corners):
+    if owner.closed and not owner.porous and behind_solid(owner, shape, corners):
+        return True
+    if owner.one_sided and max(_sides(face, corners)) <= 0:
+        return True
+    if reach is not None and _is_far(corners, face, reach):
         return True
     outlines = (
-        other.outline for item in objects for other in item.shapes if other.outline and other is not shape
+        other.outline
+        for item in objects
+        for other in item.shapes
+        if other.outline and other is not shape and not item.porous
     )
     return any(blocked_by(outline, corners, face) for outline in outlines)
 
 
+def _counts(c: Vector, t: Vector, face: tuple[Object, Triangle], reach: Fraction | None) -> bool:
+    """Whether a segment begins on a side and has a length that count."""
+    owner, (v0, v1, v2) = face
+    if owner.one_sided and orient(v0, v1, v2, c) <= 0:
+        return False
+    return reach is None or _square(_sub(t, c)) < reach**2
+
+
 @cache
-def visible_faces(objects: tuple[Object, ...], cell: Cell, exponent: int) -> tuple[int, ...]:
+def visible_faces(
+    objects: tuple[Object, ...], cell: Cell, exponent: int, max_range: float | None = None
+) -> tuple[int, ...]:
     """Numbers of exactly the faces that are visible from the interior of a cell, ascending.
 
     Raises
     ------
     ValueError
-        When a face is neither reached by a segment nor hidden by one of the two statements.
+        When a face is neither reached by a segment nor hidden by one of the statements.
     """
     corners = cell_corners(cell, exponent)
-    faces = tuple(t for item in objects for t in item.triangles)
+    reach = None if max_range is None else Fraction(max_range) / Fraction(2) ** exponent
+    faces = tuple((item, t) for item in objects for t in item.triangles)
+    blocking = tuple((number, t) for number, (item, t) in enumerate(faces) if not item.porous)
     visible = []
-    for number, (v0, v1, v2) in enumerate(faces):
-        if _cross(_sub(v1, v0), _sub(v2, v0)) == NOTHING or _is_hidden(objects, corners, number):
+    for number, (_, (v0, v1, v2)) in enumerate(faces):
+        if _cross(_sub(v1, v0), _sub(v2, v0)) == NOTHING or _is_hidden(objects, corners, number, reach):
             continue
+        others = tuple(t for other, t in blocking if other != number)
         rng = random.Random(number)
         tries = ((_mix(rng, corners), _mix(rng, (v0, v1, v2))) for _ in range(400))
-        if not any(segment_is_free(c, t, faces, number) for c, t in tries):
+        if not any(_counts(c, t, faces[number], reach) and segment_is_free(c, t, others) for c, t in tries):
             raise ValueError(f"face {number} is neither seen nor proven hidden from {cell}")
         visible.append(number)
     return tuple(visible)
@@ -169,4 +208,6 @@ def visible_faces(objects: tuple[Object, ...], cell: Cell, exponent: int) -> tup
 
 def world_pvs(world: World) -> list[list[int]]:
     """Visible faces of every cell."""
-    return [list(visible_faces(world.objects, cell, world.exponent)) for cell in world.cells]
+    return [
+        list(visible_faces(world.objects, cell, world.exponent, world.max_range)) for cell in world.cells
+    ]

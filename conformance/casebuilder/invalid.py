@@ -14,6 +14,7 @@ from casebuilder import (
     invalid_deltas,
     invalid_portals,
     invalid_states,
+    senses,
 )
 from casebuilder.assemble import Case
 from casebuilder.worlds import RING
@@ -26,6 +27,7 @@ MODULES = (
     invalid_portals,
     invalid_states,
     invalid_deltas,
+    senses,
 )
 
 

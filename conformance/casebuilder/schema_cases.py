@@ -143,6 +143,10 @@ def entry_tests(base: Json) -> list[Json]:
     t.bad_object(e, ("pvs",), ("listed", "provenVisible"))
     for member in ("listed", "provenVisible"):
         t.bad(e, ("pvs", member), *INDEX)
+    t.base = {**base, "visibility": {"maxRange": 120.5}}
+    t.valid("a range", t.base)
+    t.bad_object("pvs/max-range", ("visibility",), ("maxRange",))
+    t.bad("pvs/max-range", ("visibility", "maxRange"), "120", 0)
     return t.tests
 
 
@@ -173,6 +177,10 @@ def content_tests(base: Json) -> list[Json]:
     for member in ("contentId", "level", "faceCount", "objectCount"):
         t.bad(c, (member,), *COUNT)
     t.bad(c, ("sha256",), 5)
+    t.base = {**base, "porous": [0, 2], "oneSided": [1]}
+    t.valid("porous and one-sided objects", t.base)
+    for member in ("porous", "oneSided"):
+        t.bad(c, (member,), "0", *([index] for index in COUNT))
     return t.tests
 
 

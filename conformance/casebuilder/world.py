@@ -29,6 +29,8 @@ class Object:
     shapes: tuple[Shape, ...]
     closed: bool = False
     """The shapes are the facets of a closed convex solid, with outlines anticlockwise from outside."""
+    porous: bool = False
+    one_sided: bool = False
 
     @property
     def triangles(self) -> tuple[Triangle, ...]:
@@ -80,6 +82,8 @@ class World:
     lod: Lod = field(default_factory=Lod)
     sector_sizes: tuple[int, ...] = ()
     """Number of cells of each sector; empty means one sector."""
+    max_range: float | None = None
+    """Metres that segments must be shorter than."""
 
     @property
     def faces(self) -> tuple[Triangle, ...]:

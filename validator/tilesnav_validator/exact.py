@@ -1,8 +1,9 @@
 """Deciding in exact arithmetic whether a ray is a witness that a face is visible from a cell.
 
 A face T is visible from the open interior C of a cell when there are c in C and t in the relative interior
-of T such that the half-open segment [c, t) meets no other face; degenerate faces neither are visible nor
-block.
+of T such that the half-open segment [c, t) meets no other face that is not porous, c lies before the front of
+T if that is one-sided, and the segment is shorter than the range if there is one; degenerate faces neither are
+visible nor block.
 """
 
 from __future__ import annotations
@@ -109,6 +110,11 @@ def _normal(triangle: Triangle) -> Vector:
     return _cross(_minus(triangle[1], triangle[0]), _minus(triangle[2], triangle[0]))
 
 
+def _is_before(triangle: Triangle) -> bool:
+    """Whether 0 lies where the corners of a triangle are seen to run counter-clockwise."""
+    return _dot(triangle[0], _normal(triangle)) < 0
+
+
 def _weights(direction: Vector, triangle: Triangle) -> tuple[int, int, int]:
     """On which side of each edge the line through 0 passes."""
     a, b, c = triangle
@@ -154,7 +160,7 @@ def _near(faces: Faces, c: NDArray[np.float64], end: NDArray[np.float64], margin
     points = faces.points
     low, high = np.minimum(c, end) - margin, np.maximum(c, end) + margin
     boxes = ((points.min(axis=1) <= high) & (points.max(axis=1) >= low)).all(axis=1)
-    near = np.flatnonzero(boxes & faces.sound)
+    near = np.flatnonzero(boxes & faces.blocking)
     corners = points[near] - c
     direction = end - c
     sides = np.stack(
@@ -182,7 +188,13 @@ class Candidate:
     direction: NDArray[np.float64]
 
 
-def decide(candidate: Candidate, planes: NDArray[np.float64], faces: Faces, step: float) -> Witness | None:
+def decide(
+    candidate: Candidate,
+    planes: NDArray[np.float64],
+    faces: Faces,
+    step: float,
+    max_range: float | None = None,
+) -> Witness | None:
     """Return the witness that a candidate is, or None.
 
     Parameters
@@ -193,14 +205,21 @@ def decide(candidate: Candidate, planes: NDArray[np.float64], faces: Faces, step
     faces : Faces
     step : float
         Grid step in metres.
+    max_range : float, optional
+        Metres that the segment must be shorter than.
     """
     if not faces.sound[candidate.face] or not inside(candidate.c, planes):
         return None
     ray = make_ray(candidate.c, candidate.direction, step)
-    at = pierces(ray, ray.triangle(faces.grid[candidate.face]))
-    if at is None:
+    target = ray.triangle(faces.grid[candidate.face])
+    at = pierces(ray, target)
+    if at is None or (faces.one_sided[candidate.face] and not _is_before(target)):
         return None
     metres = Fraction(step) / ray.scale
+    if max_range is not None:
+        length = _dot(ray.direction, ray.direction) * (at * metres) ** 2
+        if length >= Fraction(max_range) ** 2:
+            return None
     t = tuple((o + at * d) * metres for o, d in zip(ray.origin, ray.direction, strict=True))
     end = np.array([float(x) for x in t])
     for face in _near(faces, candidate.c, end, step / 2):

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from tilesnav_validator.exact import Candidate
 from tilesnav_validator.polyhedra import Polyhedra
 from tilesnav_validator.ragged import take
+from tilesnav_validator.rayscene import RayScene
 from tilesnav_validator.subject import Faces
 from tilesnav_validator.tables import Ragged
 
@@ -98,12 +99,19 @@ class Caster:
     step : float
         Grid step, metres.
     seed : int
+    max_range : float, optional
+        Metres that segments must be shorter than.
     """
 
-    def __init__(self, faces: Faces, shapes: Polyhedra, listed: Ragged, step: float, seed: int) -> None:
-        from embreex.mesh_construction import TriangleMesh  # noqa: PLC0415 - a tenth of a second that broken tilesets save
-        from embreex.rtcore_scene import EmbreeScene  # noqa: PLC0415
-
+    def __init__(
+        self,
+        faces: Faces,
+        shapes: Polyhedra,
+        listed: Ragged,
+        step: float,
+        seed: int,
+        max_range: float | None = None,
+    ) -> None:
         self.faces, self.shapes, self.listed, self.seed = faces, shapes, listed, seed
         self.face_of_primitive = np.flatnonzero(faces.sound).astype(np.int32)
         grid = faces.grid[faces.sound]
@@ -111,24 +119,24 @@ class Caster:
         # Differences of 24 bits: exact in float32.
         self.triangles = ((grid - middle) * step).astype(np.float32)
         self.centre = middle * step
-        self._embree: Any = EmbreeScene()
-        self._mesh = TriangleMesh(self._embree, self.triangles) if len(grid) else None
-        if self._mesh is not None:  # the first query builds the tree: not while threads wait for it
-            self._first_hits(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
+        blocking = faces.blocking[faces.sound]
+        self.blocking = RayScene(self.triangles, np.flatnonzero(blocking))
+        self.porous = RayScene(self.triangles, np.flatnonzero(~blocking))
+        self.has_porous = not blocking.all()
+        self.one_sided = faces.one_sided[faces.sound]
+        # What is a little beyond the range in float32 may be within it.
+        self.reach = np.inf if max_range is None else max_range * (1 + 2.0**-12)
         self.corner_of, self.around = _incidence(grid)
         normals = shapes.planes[..., :3]
         self.is_box = (np.abs(normals).max(axis=2) == 1).all(axis=1)
         self.low = (shapes.low - self.centre).astype(np.float32)
         self.size = (shapes.high - shapes.low).astype(np.float32)
-
-    def _first_hits(self, origins: Float32Array, directions: Float32Array) -> NDArray[np.int32]:
-        """Number of the first triangle that each ray hits, -1 for none."""
-        hits: NDArray[np.int32] = self._embree.run(origins, directions, query="INTERSECT")
-        return hits
+        both = np.concatenate([self.triangles.reshape(-1, 3), self.low, self.low + self.size])
+        self.extent = float(np.linalg.norm(np.ptp(both, axis=0)))
 
     def cast(self, chunk: Chunk) -> Catch:
         """Cast the rays of a chunk; the result depends on the seed and the chunk alone."""
-        if self._mesh is None:
+        if not len(self.triangles):
             return Catch(chunk, [])
         random = np.random.Generator(np.random.SFC64([self.seed, 4, chunk.number]))
         rows = np.repeat(np.arange(len(chunk.cells)), chunk.counts)
@@ -138,12 +146,43 @@ class Caster:
             directions = self._targets(random, chunk, marks) - origins
         else:
             directions = _directions(random, len(rows))
-        hits = self._first_hits(origins, directions)
-        caught = np.flatnonzero(~marks[rows, hits])
-        return Catch(
-            chunk,
-            list(self._candidates(chunk, rows[caught], hits[caught], origins[caught], directions[caught])),
-        )
+        found: list[Candidate] = []
+        for hits in self._hits(random, origins, directions):
+            caught = np.flatnonzero(~marks[rows, hits])
+            found += self._candidates(
+                chunk, rows[caught], hits[caught], origins[caught], directions[caught]
+            )
+        return Catch(chunk, found)
+
+    def _hits(
+        self, random: np.random.Generator, origins: Float32Array, directions: Float32Array
+    ) -> Iterator[IntArray]:
+        """Triangles that rays hit within the range and from a side that counts, -1 for none.
+
+        The first that is not porous; and, where there are porous ones, the first of those behind some place
+        before that: every second ray looks from its origin, the others from a random place on their way.
+        """
+        hits, free = self.blocking.first_hits(origins, directions)
+        length = np.linalg.norm(directions, axis=1)
+        yield self._that_count(hits, free * length, directions)
+        if not self.has_porous:
+            return
+        free = np.minimum(free, min(self.extent, self.reach) / length)
+        start = (np.maximum(2 * random.random(len(free)) - 1, 0) * free).astype(np.float32)
+        limits = np.maximum(free - start, 0).astype(np.float32)
+        hits, further = self.porous.first_hits(origins + start[:, None] * directions, directions, limits)
+        yield self._that_count(hits, (start + further) * length, directions)
+
+    def _that_count(
+        self, hits: IntArray, distances: NDArray[np.floating[Any]], directions: Float32Array
+    ) -> IntArray:
+        """Hits, with -1 in place of those out of range and those on one-sided triangles from behind."""
+        kept = np.where(distances <= self.reach, hits, -1)
+        sided = np.flatnonzero((kept >= 0) & self.one_sided[kept])
+        corners = self.triangles[kept[sided]].astype(np.float64)
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        kept[sided[(normals * directions[sided]).sum(axis=1) >= 0]] = -1
+        return kept
 
     def _marks(self, cells: IntArray) -> NDArray[np.bool_]:
         """Which primitives are listed for each cell; the last column, that of -1, counts as listed."""
@@ -224,7 +263,7 @@ class Caster:
         self,
         chunk: Chunk,
         rows: IntArray,
-        hits: NDArray[np.int32],
+        hits: IntArray,
         origins: Float32Array,
         directions: Float32Array,
     ) -> Iterator[Candidate]:

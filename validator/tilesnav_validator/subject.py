@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -34,17 +34,33 @@ class Faces:
         Vertices in metres; exact too.
     objects : ndarray of int64, shape (f,)
         Object that each face belongs to.
+    porous_objects : ndarray of int64
+        Objects whose faces hide nothing.
+    one_sided_objects : ndarray of int64
+        Objects whose faces are seen from their front only.
     """
 
     grid: NDArray[np.int64]
     points: NDArray[np.float64]
     objects: NDArray[np.int64]
+    porous_objects: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    one_sided_objects: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     @cached_property
     def sound(self) -> NDArray[np.bool_]:
         """Faces that are not degenerate, shape (f,); exact, since differences fit 24 bits and products 50."""
         edges = self.grid[:, 1:] - self.grid[:, :1]
         return np.asarray((np.cross(edges[:, 0], edges[:, 1]) != 0).any(axis=1))
+
+    @cached_property
+    def blocking(self) -> NDArray[np.bool_]:
+        """Faces that hide what is behind them, shape (f,): neither degenerate nor porous."""
+        return np.asarray(self.sound & ~np.isin(self.objects, self.porous_objects))
+
+    @cached_property
+    def one_sided(self) -> NDArray[np.bool_]:
+        """Faces that are seen from their front only, shape (f,)."""
+        return np.isin(self.objects, self.one_sided_objects)
 
 
 class Subject:
@@ -137,7 +153,23 @@ class Subject:
         counts = [len(part) for part in points]
         joined = np.concatenate([np.zeros((0, 3, 3)), *points])
         grid = np.rint(joined / self.step).astype(np.int64)
-        return Faces(grid, joined, np.repeat(np.arange(len(counts), dtype=np.int64), counts))
+        objects = np.repeat(np.arange(len(counts), dtype=np.int64), counts)
+        return Faces(grid, joined, objects, self._flagged("porous"), self._flagged("oneSided"))
+
+    def _flagged(self, member: str) -> NDArray[np.int64]:
+        """Numbers of the objects that a member of the content objects names."""
+        numbers: list[int] = []
+        first = 0
+        for content, primitives in zip(self.finest, self.primitives, strict=True):
+            numbers += [first + int(index) for index in content.nav.get(member, [])]
+            first += len(primitives)
+        return np.array(numbers, dtype=np.int64)
+
+    @property
+    def max_range(self) -> float | None:
+        """Metres within which a face counts as visible; None for any distance."""
+        limits = self.nav.get("visibility")
+        return None if limits is None else float(limits["maxRange"])
 
     @cached_property
     def tables(self) -> tables.Tables:

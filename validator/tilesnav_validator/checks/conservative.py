@@ -17,7 +17,7 @@ ENOUGH = 100
 at."""
 
 
-@check("pvs/conservative", needs=("pvs/sorted-faces", "cell/unit-normals", *FACES))
+@check("pvs/conservative", needs=("pvs/sorted-faces", "core/object-flags", "cell/unit-normals", *FACES))
 def conservative(subject: Subject) -> Findings:
     """Rays from sound cells; every apparent hit on an unlisted face is decided exactly."""
     cells = np.flatnonzero(subject.sound_cells).astype(np.int64)
@@ -27,7 +27,12 @@ def conservative(subject: Subject) -> Findings:
     if not wanted:
         return NotRun("no rays asked for")
     caster = rays.Caster(
-        subject.faces, subject.polyhedra, subject.tables.faces, subject.step, subject.settings.seed
+        subject.faces,
+        subject.polyhedra,
+        subject.tables.faces,
+        subject.step,
+        subject.settings.seed,
+        subject.max_range,
     )
     chunks = rays.plan(cells, wanted, len(subject.faces.objects), subject.settings.seed)
     tally = Tally()
@@ -65,7 +70,7 @@ class Tally:
         if pair in self.confirmed:
             return None
         planes = subject.tables.planes[candidate.cell]
-        witness = exact.decide(candidate, planes, subject.faces, subject.step)
+        witness = exact.decide(candidate, planes, subject.faces, subject.step, subject.max_range)
         if witness:
             self.confirmed.add(pair)
             self.by_uniform |= not aimed

@@ -27,6 +27,20 @@ def content_gltf(subject: Subject) -> Iterator[Finding]:
             yield Finding(f"{content.place} glTF {error.where}", error.measured, error.allowed)
 
 
+@check("core/object-flags")
+def object_flags(subject: Subject) -> Iterator[Finding]:
+    """Indices of primitives that are porous or one-sided."""
+    for content in subject.walk.contents:
+        for member in ("porous", "oneSided"):
+            before = -1
+            for place, index in enumerate(content.nav.get(member, [])):
+                if not before < index < content.nav["objectCount"]:
+                    where = f"{content.place}/extensions/{EXTENSION}/{member}/{place}"
+                    allowed = f"greater than {before}, less than {content.nav['objectCount']}"
+                    yield Finding(where, str(index), allowed)
+                before = max(before, index)
+
+
 @check("core/on-grid", needs=("core/content-gltf",))
 def on_grid(subject: Subject) -> Iterator[Finding]:
     """Positions are multiples of the grid step."""
