@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from visibility_reference import half_open_meets, make_scene, point
+from visibility_reference import half_open_meets, make_flagged, make_scene, point, visible_by
 
 from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.visibility import VisibilitySettings, compute_pvs
+from tilesnav_ref.visibility.geometry import FineFrame, build_geometry
+from tilesnav_ref.visibility.sight import blocker, sees
 
 small = st.integers(0, 6)
 corner = st.tuples(small, small, small)
@@ -119,3 +121,66 @@ def test_a_cell_in_a_block_lists_what_is_proven_for_it_alone(block_cells):
     for i, box in enumerate(boxes):
         alone = compute_pvs(scene, cells_of([box]), VisibilitySettings(rays=4000))
         assert set(alone.faces_of(0)[alone.pvs_proven].tolist()) <= set(together.faces_of(i).tolist())
+
+
+numbers = st.sets(st.integers(0, 8))
+WITHIN = VisibilitySettings(rays=300, attempts=64, depth=10, leaf_segments=4, threads=1, max_range=6 * 2.0**-10)
+
+
+def flagged_pvs(scene, work):
+    table = compute_pvs(scene, cells_of([CELL]), work)
+    return set(table.faces_of(0).tolist()), set(table.pvs_faces[table.pvs_proven].tolist())
+
+
+def seen_by_definition(scene, reach, tries):
+    """As `seen_faces`, for faces that are porous or one-sided and segments that are shorter than a range."""
+    rng = random.Random(11)
+    found = set()
+    for target, own in enumerate(scene.corners()):
+        for _ in range(tries):
+            c = point(Fraction(int(lo)) + Fraction(rng.randint(1, 31), 32) * int(up - lo) for lo, up in CELL.T)
+            w = [rng.randint(1, 20) for _ in range(3)]
+            t = point(Fraction(sum(int(v[k]) * x for v, x in zip(own, w, strict=True)), sum(w)) for k in range(3))
+            if visible_by(scene, c, t, target, reach):
+                found.add(target)
+                break
+    return found
+
+
+@given(soup, numbers, numbers, st.booleans())
+@settings(max_examples=150)
+def test_a_face_that_a_segment_sees_by_any_definition_is_listed(triangles, porous, sided, limited):
+    scene = make_flagged(triangles, porous, sided)
+    work, reach = (WITHIN, Fraction(6)) if limited else (SETTINGS, None)
+    listed, proven = flagged_pvs(scene, work)
+    assert seen_by_definition(scene, reach, 12) <= listed
+    assert proven <= listed
+
+
+@given(soup, numbers, numbers)
+@settings(max_examples=60)
+def test_each_condition_takes_away_and_none_adds(triangles, porous, sided):
+    free = flagged_pvs(make_flagged(triangles, porous), SETTINGS)
+    _, sided_proven = flagged_pvs(make_flagged(triangles, porous, sided), SETTINGS)
+    _, near_proven = flagged_pvs(make_flagged(triangles, porous), WITHIN)
+    _, opaque_proven = flagged_pvs(make_flagged(triangles), SETTINGS)
+    assert (sided_proven | near_proven | opaque_proven) <= free[0]
+
+
+@given(soup, numbers, numbers, st.integers(0, 8), st.integers(0, 2**32 - 1))
+@settings(max_examples=150, deadline=None)
+def test_a_segment_that_proves_a_face_visible_does_so_by_definition(triangles, porous, sided, which, seed):
+    scene = make_flagged(triangles, porous, sided)
+    target = which % len(triangles)
+    geometry = build_geometry(scene, FineFrame(np.zeros(3, np.int64), 64), 6 * 2.0**-10)
+    rng = np.random.default_rng(seed)
+    c = tuple(rng.integers(0, 12 * 64, 3).astype(float).tolist())
+    weights = rng.multinomial(61, [1 / 3] * 3) + 1
+    t = tuple((weights @ geometry.corners[target] / 64).tolist())
+    fine_c, fine_t = (point(Fraction(x) / 64 for x in p) for p in (c, t))
+    if sees(geometry, c, t, target):
+        assert visible_by(scene, fine_c, fine_t, target, Fraction(6))
+    elif visible_by(scene, fine_c, fine_t, target, Fraction(6)):
+        # Contact with an edge is refused where it may be none; so is what is within a fine unit of the range.
+        length = float(np.linalg.norm(np.subtract(c, t)))
+        assert length > 6 * 64 - 1 or blocker(geometry, c, t, target) >= 0

@@ -77,6 +77,31 @@ def sees(scene: Scene, c: Point, t: Point, target: int) -> bool:
     return all(i == target or not half_open_meets(c, t, triangle) for i, triangle in enumerate(triangles))
 
 
+def visible_by(scene: Scene, c: Point, t: Point, target: int, max_range: Fraction | None = None) -> bool:
+    """Whether a segment makes a face visible: free of what is not porous, before the front, within the range."""
+    triangles = [[point(v) for v in triangle] for triangle in scene.corners()]
+    v0, v1, v2 = triangles[target]
+    if scene.one_sided[target] and dot(cross(minus(v1, v0), minus(v2, v0)), minus(c, v0)) <= 0:
+        return False
+    if max_range is not None and dot(minus(c, t), minus(c, t)) >= max_range**2:
+        return False
+    others = (triangle for i, triangle in enumerate(triangles) if i != target and not scene.porous[i])
+    return not any(half_open_meets(c, t, triangle) for triangle in others)
+
+
+def make_flagged(triangles: Any, porous: Any = (), one_sided: Any = ()) -> Scene:
+    """A scene in which every face is an object, from (F, 3, 3) integer corners and numbers of faces."""
+    plain = make_scene(triangles)
+    count = len(plain.faces)
+    numbers = np.arange(count, dtype=np.int32)
+    flags = [np.isin(numbers, list(chosen)) for chosen in (porous, one_sided)]
+    names = tuple(str(i) for i in numbers)
+    return Scene(
+        plain.vertices, plain.faces, numbers, np.zeros(count, np.int32), names,
+        object_porous=flags[0], object_one_sided=flags[1],
+    )  # fmt: skip
+
+
 def make_scene(triangles: Any) -> Scene:
     """A scene of one object from (F, 3, 3) integer corners; equal corners are shared."""
     corners = np.asarray(triangles, np.int64).reshape(-1, 3)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from math import ceil, floor
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -101,11 +101,11 @@ def build_geometry(scene: Scene, frame: FineFrame, max_range: float | None = Non
 
 
 def _reach(scene: Scene, frame: FineFrame, max_range: float | None) -> tuple[int, int]:
-    """Greatest whole number below a range in fine units, and least one above it."""
+    """Greatest whole number below a range in fine units, and least one that is not below it."""
     if max_range is None or max_range >= UNLIMITED * scene.step / frame.scale:
         return UNLIMITED, UNLIMITED
     reach = Fraction(max_range) / Fraction(scene.step) * frame.scale
-    return ceil(reach) - 1, floor(reach) + 1
+    return ceil(reach) - 1, ceil(reach)
 
 
 def _edges(faces: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
