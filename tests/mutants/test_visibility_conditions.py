@@ -53,9 +53,39 @@ MUTANTS = {
     ),
     "a ray only suggests": (
         "visibility/lines.py",
-        "seen[face] == 0 and blocker(geometry, point, target, face) < 0:",
+        "seen[face] == 0 and sees(geometry, point, target, face):",
         "seen[face] == 0:",
         "suggestion_behind_a_wall",
+    ),
+    "the occluder is opaque": (
+        "visibility/occluder.py",
+        "if geometry.porous[face] or face == obstacle.face:",
+        "if face == obstacle.face:",
+        "opaque_wall_that_goes_on_porous",
+    ),
+    "a one-sided face is proven from its front": (
+        "visibility/sight.py",
+        "corner(corners, face, 2), c) > 0",
+        "corner(corners, face, 2), c) != 9",
+        "one_sided_face_from_behind",
+    ),
+    "what has a point of the cell before its front is not left out": (
+        "visibility/limits.py",
+        "if orientation(p, q, r, (x, y, z)) > 0:",
+        "if orientation(p, q, r, (x, y, z)) > 1:",
+        "one_sided_face_across_the_cell",
+    ),
+    "a segment that proves is within the range": (
+        "visibility/sight.py",
+        "if x * x + y * y + z * z > geometry.near * geometry.near:",
+        "if x > geometry.near:",
+        "face_just_out_of_range",
+    ),
+    "boxes that are left out are out of range": (
+        "visibility/limits.py",
+        "return total >= geometry.far * geometry.far",
+        "return total > 0",
+        "face_just_within_the_range",
     ),
 }
 

@@ -17,6 +17,7 @@ from tilesnav_ref.visibility.geometry import FineFrame, build_geometry
 from tilesnav_ref.visibility.lines import cell_boxes, share_lines
 from tilesnav_ref.visibility.occluder import PROVED, Obstacle, prove_hidden
 from tilesnav_ref.visibility.shaft import set_shaft
+from tilesnav_ref.visibility.sight import sees
 
 UNIT = 1024
 FRAME = FineFrame(np.zeros(3, np.int64), UNIT)
@@ -104,6 +105,68 @@ def suggestion_behind_a_wall() -> bool:
     return not seen[0, 1]
 
 
+def flagged(
+    triangles: list[list[tuple[int, int, int]]], porous: tuple[int, ...], sided: tuple[int, ...]
+) -> Scene:
+    """A scene in which every face is an object, some of them porous or one-sided."""
+    plain, count = scene_of(triangles), len(triangles)
+    numbers = np.arange(count, dtype=np.int32)
+    return Scene(
+        plain.vertices, plain.faces, numbers, np.zeros(count, np.int32), ("probe",) * count,
+        object_porous=np.isin(numbers, porous), object_one_sided=np.isin(numbers, sided),
+    )  # fmt: skip
+
+
+def idle_listed(scene: Scene, max_range: float | None = None) -> list[int]:
+    """Faces listed for CELL where segments are hardly ever tried."""
+    cells, none = np.asarray([CELL], np.int64), np.zeros(0, np.int64)
+    complex_ = CellComplex(
+        cells[:, 0], cells[:, 1], np.zeros(1, np.uint8), np.zeros(2, np.int64),
+        none, none, np.zeros((0, 4, 3), np.int64), 0, 1.0,
+    )  # fmt: skip
+    work = VisibilitySettings(
+        rays=1, attempts=8, depth=4, leaf_segments=0, aimed_rounds=0, threads=1, max_range=max_range
+    )
+    return list(compute_pvs(scene, complex_, work).faces_of(0).tolist())
+
+
+def opaque_wall_that_goes_on_porous() -> bool:
+    """A wall whose upper end is porous: what is seen through that end is visible."""
+    tip, left, right = (20, 0, 12), (20, -90, -90), (20, 90, -90)
+    top_left, top_right = (20, -90, 90), (20, 90, 90)
+    wall = [[left, right, tip], [right, top_right, tip], [left, tip, top_left], [tip, top_right, top_left]]
+    target = [[(40, -30, -40), (40, 30, -40), (40, 0, 36)]]
+    return 4 in idle_listed(flagged(wall + target, (1, 2, 3), ()))
+
+
+def one_sided_face_from_behind() -> bool:
+    """A segment that comes from behind proves nothing of a one-sided face."""
+    geometry = build_geometry(flagged([[(20, -9, -9), (20, 9, -9), (20, 0, 9)]], (), (0,)), FRAME)
+    t = (20.0 * UNIT, 0.0, 0.0)
+    from_front = sees(geometry, (30.0 * UNIT, 0.0, 0.0), t, 0)
+    return bool(from_front and not sees(geometry, (0.0, 0.0, 0.0), t, 0))
+
+
+def one_sided_face_across_the_cell() -> bool:
+    """A one-sided floor whose plane cuts the cell is visible from above it."""
+    return idle_listed(flagged([[(20, -9, 0), (60, 0, 0), (20, 9, 0)]], (), (0,))) == [0]
+
+
+def face_just_out_of_range() -> bool:
+    """A free segment that is longer than the range, but not along the first axis, proves nothing."""
+    scene = flagged([[(20, -9, -9), (20, 9, -9), (20, 0, 9)]], (), ())
+    geometry = build_geometry(scene, FRAME, 12 * scene.step)
+    t = (20.0 * UNIT, 0.0, 0.0)
+    near, far = (8.5 * UNIT, 0.0, 0.0), (8.5 * UNIT, 6.0 * UNIT, 0.0)
+    return bool(sees(geometry, near, t, 0) and not sees(geometry, far, t, 0))
+
+
+def face_just_within_the_range() -> bool:
+    """A face 16 steps from the cell is visible within 17."""
+    scene = flagged([[(20, -9, -9), (20, 9, -9), (20, 0, 9)]], (), ())
+    return idle_listed(scene, 17 * scene.step) == [0]
+
+
 PROBES = (
     wall_with_a_gap,
     wall_that_pierces,
@@ -111,6 +174,11 @@ PROBES = (
     closed_solid_through_its_edge,
     box_behind_a_wall_it_touches,
     suggestion_behind_a_wall,
+    opaque_wall_that_goes_on_porous,
+    one_sided_face_from_behind,
+    one_sided_face_across_the_cell,
+    face_just_out_of_range,
+    face_just_within_the_range,
 )
 
 
