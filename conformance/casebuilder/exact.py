@@ -12,8 +12,8 @@ Far side of a closed convex solid
     A segment that ends inside a facet of a solid and comes from the inner side of that facet's plane runs
     through the interior of the solid just before its end, so it has met the boundary of the solid before.
 
-Occluders and solids are not porous. Two more statements leave no segment that counts: all corners of the cell lie
-weakly behind the plane of a one-sided face, or the boxes around cell and face are the range or more apart.
+Occluders and solids are not porous. Two more statements leave no segment that counts: all corners of the cell
+lie weakly behind the plane of a one-sided face, or boxes around cell and face are the range or more apart.
 """
 
 from __future__ import annotations

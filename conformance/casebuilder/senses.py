@@ -1,9 +1,9 @@
 """Scenes and cases about what is porous, one-sided or out of range.
 
-The fence: a cell looks through a porous fence and a porous hedge at the wall of a house, which hides a card behind it.
-The one-sided wall: the cell before its front sees it, the one behind does not, and it hides the poster on its
-front from the latter all the same. The range: of two panels, one is exactly as far away as the range says,
-the other an eighth of a metre nearer.
+The fence: a cell looks through a porous fence and a porous hedge at the wall of a house, which hides a card
+behind it. The one-sided wall: the cell before its front sees it, the one behind does not, and it hides the
+poster on its front from the latter all the same. The range: of two panels, one is exactly as far away as the
+range says, the other an eighth of a metre nearer.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ def valid_cases() -> Iterator[Case]:
     yield Case(
         "porous-fence",
         BEHIND_THE_FENCE,
-        "A wall behind two porous objects is listed, what is behind the wall is not; a porous object is the last of "
-        "its content.",
+        "A wall behind two porous objects is listed, what is behind that is not; a porous object is the last "
+        "of its content.",
         "A validator that takes what is porous for opaque, or all that is behind it for visible.",
         near=("core/object-flags",),
     )

@@ -1,6 +1,7 @@
 """Random small scenes, full of degeneracies, against visibility by definition in rational numbers."""
 
 import random
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -124,7 +125,7 @@ def test_a_cell_in_a_block_lists_what_is_proven_for_it_alone(block_cells):
 
 
 numbers = st.sets(st.integers(0, 8))
-WITHIN = VisibilitySettings(rays=300, attempts=64, depth=10, leaf_segments=4, threads=1, max_range=6 * 2.0**-10)
+WITHIN = replace(SETTINGS, max_range=6 * 2.0**-10)
 
 
 def flagged_pvs(scene, work):
@@ -138,9 +139,10 @@ def seen_by_definition(scene, reach, tries):
     found = set()
     for target, own in enumerate(scene.corners()):
         for _ in range(tries):
-            c = point(Fraction(int(lo)) + Fraction(rng.randint(1, 31), 32) * int(up - lo) for lo, up in CELL.T)
-            w = [rng.randint(1, 20) for _ in range(3)]
-            t = point(Fraction(sum(int(v[k]) * x for v, x in zip(own, w, strict=True)), sum(w)) for k in range(3))
+            share = [Fraction(rng.randint(1, 31), 32) for _ in range(3)]
+            c = point(int(lo) + s * int(up - lo) for (lo, up), s in zip(CELL.T, share, strict=True))
+            w = np.array([rng.randint(1, 20) for _ in range(3)])
+            t = point(Fraction(int(x), int(w.sum())) for x in w @ own)
             if visible_by(scene, c, t, target, reach):
                 found.add(target)
                 break

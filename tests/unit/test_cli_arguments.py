@@ -40,6 +40,9 @@ OPTIONS = {
     "--threads 3": ("visibility", "threads", 3),
     "--threads 4": ("cells", "threads", 4),
     "--rays 0": ("visibility", "rays", 0),
+    "--transparent oak* --transparent f?nce": ("scene", "transparent", ("oak*", "f?nce")),
+    "--one-sided *": ("scene", "one_sided", ("*",)),
+    "--max-range 120.5": ("visibility", "max_range", 120.5),
     "--attempts 9": ("visibility", "attempts", 9),
     "--depth 5": ("visibility", "depth", 5),
     "--lod-reference 0.5": ("lod", "reference", 0.5),
@@ -64,6 +67,11 @@ def test_one_option_leaves_other_stages_alone() -> None:
 def test_settings_that_a_stage_refuses_are_usage() -> None:
     with pytest.raises(UsageError, match="max_size"):
         _settings("--max-cell", "1", "--min-cell", "2")
+
+
+def test_a_range_of_nothing_is_usage() -> None:
+    with pytest.raises(UsageError, match="max_range"):
+        _settings("--max-range", "0")
 
 
 def test_town() -> None:

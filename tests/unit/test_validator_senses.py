@@ -25,11 +25,11 @@ def sheet(x: float) -> Triangle:
     return [(x, -4, -4), (x, 4, -4), (x, 0, 4)]
 
 
-def scene(triangles: list[Triangle], porous: list[int] | None = None, sided: list[int] | None = None) -> Faces:
+def scene(triangles: list[Triangle], porous: tuple[int, ...] = (), sided: tuple[int, ...] = ()) -> Faces:
     """Faces that are an object each."""
     points = np.array(triangles, dtype=np.float64)
     grid = np.rint(points / STEP).astype(np.int64)
-    flags = (np.array(numbers or [], dtype=np.int64) for numbers in (porous, sided))
+    flags = (np.array(numbers, dtype=np.int64) for numbers in (porous, sided))
     return Faces(grid, points, np.arange(len(points)), *flags)
 
 
@@ -41,17 +41,17 @@ def see(faces: Faces, face: int, towards: float = 9.0, max_range: float | None =
 def test_a_porous_face_blocks_nothing_and_is_seen() -> None:
     triangles = [sheet(4), sheet(2)]
     assert see(scene(triangles), 0) is None
-    assert see(scene(triangles, porous=[1]), 0) is not None
-    assert see(scene(triangles, porous=[1]), 1) is not None
-    assert see(scene(triangles, porous=[0]), 0) is None
+    assert see(scene(triangles, porous=(1,)), 0) is not None
+    assert see(scene(triangles, porous=(1,)), 1) is not None
+    assert see(scene(triangles, porous=(0,)), 0) is None
 
 
 def test_a_one_sided_face_is_seen_from_its_front_only_and_blocks_from_both_sides() -> None:
-    assert see(scene([sheet(4)], sided=[0]), 0) is None
-    assert see(scene([sheet(4)[::-1]], sided=[0]), 0) is not None
-    assert see(scene([sheet(-4)], sided=[0]), 0, -9.0) is not None
+    assert see(scene([sheet(4)], sided=(0,)), 0) is None
+    assert see(scene([sheet(4)[::-1]], sided=(0,)), 0) is not None
+    assert see(scene([sheet(-4)], sided=(0,)), 0, -9.0) is not None
     for between in (sheet(2), sheet(2)[::-1]):
-        assert see(scene([sheet(4), between], sided=[1]), 0) is None
+        assert see(scene([sheet(4), between], sided=(1,)), 0) is None
 
 
 @pytest.mark.parametrize(("reach", "seen"), [(4.0, False), (np.nextafter(4.0, 5), True), (3.0, False)])
@@ -73,16 +73,16 @@ def caught(faces: Faces, max_range: float | None = None, aimed: bool = False) ->
 def test_rays_go_on_behind_what_is_porous(aimed: bool) -> None:
     rows = [sheet(x) for x in (2, 3, 4, 5, 6, 7)]
     assert caught(scene(rows), aimed=aimed) == {0}
-    assert caught(scene(rows, porous=[0, 1, 3]), aimed=aimed) == {0, 1, 2}
-    assert caught(scene(rows, porous=[0, 1, 2, 3, 4, 5]), aimed=aimed) == set(range(6))
+    assert caught(scene(rows, porous=(0, 1, 3)), aimed=aimed) == {0, 1, 2}
+    assert caught(scene(rows, porous=(0, 1, 2, 3, 4, 5)), aimed=aimed) == set(range(6))
 
 
 def test_rays_that_do_not_count_suggest_nothing() -> None:
     rows = [sheet(2), sheet(-2)]
-    assert caught(scene(rows, sided=[0])) == {1}
-    assert caught(scene(rows, sided=[0, 1], porous=[0, 1])) == {1}
+    assert caught(scene(rows, sided=(0,))) == {1}
+    assert caught(scene(rows, sided=(0, 1), porous=(0, 1))) == {1}
     assert caught(scene([sheet(3), sheet(-2)]), max_range=1.5) == {1}
-    assert caught(scene([sheet(3), sheet(-2)], porous=[0, 1]), max_range=1.5) == {1}
+    assert caught(scene([sheet(3), sheet(-2)], porous=(0, 1)), max_range=1.5) == {1}
     assert caught(scene(rows), max_range=0.5) == set()
 
 
@@ -120,4 +120,4 @@ def test_indices_ascend_and_stay_within_the_content(tmp_path: Path) -> None:
 
 
 def test_the_fixture_has_a_floor_and_a_wall() -> None:
-    assert caught(scene([*FLOOR, *WALL], porous=[0, 1])) >= {2, 3}
+    assert caught(scene([*FLOOR, *WALL], porous=(0, 1))) >= {2, 3}

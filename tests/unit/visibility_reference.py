@@ -78,7 +78,7 @@ def sees(scene: Scene, c: Point, t: Point, target: int) -> bool:
 
 
 def visible_by(scene: Scene, c: Point, t: Point, target: int, max_range: Fraction | None = None) -> bool:
-    """Whether a segment makes a face visible: free of what is not porous, before the front, within the range."""
+    """Whether a segment makes a face visible: free of what is opaque, before the front, within the range."""
     triangles = [[point(v) for v in triangle] for triangle in scene.corners()]
     v0, v1, v2 = triangles[target]
     if scene.one_sided[target] and dot(cross(minus(v1, v0), minus(v2, v0)), minus(c, v0)) <= 0:

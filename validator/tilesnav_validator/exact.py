@@ -1,9 +1,9 @@
 """Deciding in exact arithmetic whether a ray is a witness that a face is visible from a cell.
 
 A face T is visible from the open interior C of a cell when there are c in C and t in the relative interior
-of T such that the half-open segment [c, t) meets no other face that is not porous, c lies before the front of
-T if that is one-sided, and the segment is shorter than the range if there is one; degenerate faces neither are
-visible nor block.
+of T such that the half-open segment [c, t) meets no other face that is not porous, c lies before the front
+of T if that is one-sided, and the segment is shorter than the range if there is one; degenerate faces neither
+are visible nor block.
 """
 
 from __future__ import annotations

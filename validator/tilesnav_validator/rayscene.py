@@ -1,4 +1,4 @@
-"""Some triangles before Embree, which says in float32 what a ray hits first; a suggestion, never a verdict."""
+"""Some triangles before Embree, which says in float32 what a ray hits first: a suggestion, no verdict."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class RayScene:
         directions: NDArray[np.float32],
         limits: NDArray[np.float32] | None = None,
     ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-        """Number of the triangle that each ray hits first, -1 for none, and where, in lengths of the direction.
+        """Number of the triangle that each ray hits first, -1 for none, and where, in lengths of directions.
 
         Parameters
         ----------

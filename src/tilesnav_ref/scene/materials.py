@@ -14,17 +14,17 @@ LINES_AND_POINTS = range(4)
 USE_MATERIAL = re.compile(rb"^[ \t]*usemtl[ \t]+(\S[^\r\n]*?)[ \t]*\r?$", re.MULTILINE)
 
 
-class NamesOnly(trimesh.resolvers.Resolver):  # type: ignore[misc]
+class NamesOnly(trimesh.resolvers.Resolver):
     """Gives, for any library of materials, one that names some materials and says nothing else of them."""
 
     def __init__(self, names: list[bytes]) -> None:
         self._library = b"".join(b"newmtl " + name + b"\n" for name in names)
 
-    def get(self, name: str) -> bytes:
+    def get(self, name: str) -> bytes:  # noqa: ARG002
         """Return the library, whatever its name."""
         return self._library
 
-    def namespaced(self, namespace: str) -> NamesOnly:
+    def namespaced(self, namespace: str) -> NamesOnly:  # noqa: ARG002
         """Return this: there are no folders."""
         return self
 
@@ -49,8 +49,9 @@ def material_names(suffix: str, data: bytes, scene: trimesh.Scene) -> dict[str, 
     found = {}
     for name, geometry in scene.geometry.items():
         material = getattr(getattr(geometry, "visual", None), "material", None)
-        if suffix == ".obj" and getattr(material, "name", None):
-            found[name] = str(material.name)
+        label = getattr(material, "name", None)
+        if suffix == ".obj" and label:
+            found[name] = str(label)
     return found
 
 

@@ -57,7 +57,7 @@ class Part:
     faces: NDArray[np.int64]
     """(F, 3), within range."""
     labels: tuple[str, ...] = ()
-    """Names by which it can be chosen: its own, that of its mesh, that of its material if it was asked for."""
+    """Names by which it can be chosen: its own, that of its mesh, that of its material if asked for."""
 
 
 @dataclass(frozen=True)

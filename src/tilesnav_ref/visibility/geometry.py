@@ -97,7 +97,8 @@ def build_geometry(scene: Scene, frame: FineFrame, max_range: float | None = Non
     edge_ends = np.ascontiguousarray(to_fine(scene.vertices[ends], frame))
     boxes = box_hierarchy(corners.min(axis=1), corners.max(axis=1), LEAF_FACES)
     edges = (face_edges, edge_offsets, edge_faces, edge_ends)
-    return Geometry(corners, *edges, *boxes, scene.porous, scene.one_sided, *_reach(scene, frame, max_range))
+    flags = (scene.porous, scene.one_sided)
+    return Geometry._make((corners, *edges, *boxes, *flags, *_reach(scene, frame, max_range)))
 
 
 def _reach(scene: Scene, frame: FineFrame, max_range: float | None) -> tuple[int, int]:

@@ -84,7 +84,7 @@ def share_lines(geometry, cells, lines, hits, seen):  # type: ignore[no-untyped-
 
 @kernel
 def share_passed(geometry, cells, lines, hits, seen):  # type: ignore[no-untyped-def]
-    """Set seen[cell, face] for porous faces on lines, for every cell that sees them through whatever is porous.
+    """Set seen[cell, face] for porous faces on lines, for every cell that sees them through what is porous.
 
     As `share_lines`, but `lines` has a third member: (2 L,) how far the line is free of opaque faces, along
     the directions and then against them, fine units.

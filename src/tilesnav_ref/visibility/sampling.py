@@ -17,14 +17,13 @@ from numpy.typing import NDArray
 from tilesnav_ref.visibility.geometry import FineFrame, Geometry
 from tilesnav_ref.visibility.lines import FAR
 
-
 Hits = tuple[NDArray[np.int32], NDArray[np.float64]]
 """(R,) faces, -1 for none, and (R, 2) barycentric weights of corners 1 and 2."""
 
 MOST_PASSED = 8
 """Porous faces that are found on one ray."""
 PASS_STEP = 1.0
-"""Grid steps behind a porous face from where a ray goes on; leaves nearer to each other are found by others."""
+"""Grid steps behind a porous face from where a ray goes on; other rays find leaves that are nearer."""
 
 
 class _Part:
@@ -81,7 +80,7 @@ class RayCaster:
     def opaque_hits(
         self, points: NDArray[np.float64], directions: NDArray[np.float32]
     ) -> tuple[Hits, NDArray[np.float64]]:
-        """First opaque faces as `first_hits` gives them, and how far away they are, fine units (FAR: none)."""
+        """First opaque faces as `first_hits` gives them, and how far they are, fine units (FAR: none)."""
         origins = np.ascontiguousarray(points / self._frame.scale, np.float32)
         hits, distances = self._opaque.run(origins, directions)
         return hits, np.where(hits[0] < 0, FAR, distances * self._frame.scale)
@@ -89,7 +88,7 @@ class RayCaster:
     def porous_hits(
         self, points: NDArray[np.float64], directions: NDArray[np.float32], free: NDArray[np.float64]
     ) -> Iterator[Hits]:
-        """Porous faces on each ray before it has gone `free` (R,) fine units: the first ones, the second, ..."""
+        """Porous faces on rays that go `free` (R,) fine units far: the first of each ray, the second, ..."""
         done = np.zeros(len(points))
         going = np.arange(len(points))
         for _ in range(MOST_PASSED):
@@ -126,10 +125,13 @@ def random_points(random: np.random.Generator, box: NDArray[np.float64], count: 
 def points_within(
     random: np.random.Generator, box: NDArray[np.float64], targets: NDArray[np.float64], near: int
 ) -> NDArray[np.float64]:
-    """(K, 3) integer points strictly inside a box (2, 3), as a rule about `near` from targets (K, 3) or less."""
+    """(K, 3) integer points strictly inside a box (2, 3), in cubes of half-width `near` about targets (K, 3).
+
+    Where the cube does not reach the box, the point is one of the box that is near it.
+    """
     low = np.clip(np.ceil(targets - near), box[0] + 1, box[1] - 1)
     high = np.clip(np.floor(targets + near), low, box[1] - 1)
-    return low + np.floor(random.random(targets.shape) * (high - low + 1))
+    return np.asarray(low + np.floor(random.random(targets.shape) * (high - low + 1)))
 
 
 def points_on_faces(
