@@ -1,4 +1,4 @@
-"""A yard with a hedge, a screen that is seen from one side, and a range: encoded and put before the validator."""
+"""A yard with a hedge, a screen seen from one side, and a range: encoded and put before the validator."""
 
 from __future__ import annotations
 
@@ -58,7 +58,8 @@ def encoded(yard: Path, out: Path, *options: str) -> NavTileset:
 def seen_from(tileset: NavTileset, low: float, high: float) -> dict[str, float]:
     """Share of the faces of each piece that the cells between two x list together."""
     planes = tileset.sectors[0].planes
-    inside = (planes[:, :, 3][planes[:, :, 0] == -1] >= low) & (-planes[:, :, 3][planes[:, :, 0] == 1] <= high)
+    first, last = planes[:, :, 3][planes[:, :, 0] == -1], -planes[:, :, 3][planes[:, :, 0] == 1]
+    inside = (first >= low) & (last <= high)
     listed = {int(f) for cell in np.flatnonzero(inside) for f in tileset.state(int(cell)).faces}
     assert inside.any()
     x = tileset.corners(0)[:, :, 0]
