@@ -38,6 +38,9 @@ class VisibilitySettings:
     pairs: int = 2**28
     """Pairs of a cell and a face under survey at a time; each takes two bytes of memory."""
 
+    certificates: bool = False
+    """Whether the proofs that faces are hidden are kept, to be written."""
+
     def __post_init__(self) -> None:
         """Refuse what no work can be done with: ValueError with setting, found and allowed values."""
         least = {"occluder_faces": 1, "block_cells": 1, "pairs": 1}
