@@ -250,6 +250,12 @@ def _add_table_options(group: Any) -> None:
         "--depth", type=_integer(0, LIMITS["depth"]), metavar="N", help=f"cuts above a try ({sight.depth})"
     )
     group.add_argument(
+        "--certificates",
+        action="store_const",
+        const=True,
+        help="write the proofs that faces are hidden, for others to check",
+    )
+    group.add_argument(
         "--lod-reference",
         dest="reference",
         type=_number,

@@ -54,7 +54,7 @@ class TablePool:
         return len(self.views) - 1
 
 
-def nav_file_parts(pool: TablePool, members: Mapping[str, Any]) -> list[Buffer]:
+def nav_file_parts(pool: TablePool, members: Mapping[str, Any], magic: bytes = MAGIC) -> list[Buffer]:
     """Put header, JSON part and binary part together.
 
     Parameters
@@ -64,6 +64,8 @@ def nav_file_parts(pool: TablePool, members: Mapping[str, Any]) -> list[Buffer]:
     members : mapping
         ``sector``, ``cells``, ``portals``, ``pvs``, ``lod`` and ``deltas`` with buffer view numbers for
         tables.
+    magic : bytes
+        The first four bytes.
 
     Returns
     -------
@@ -74,5 +76,5 @@ def nav_file_parts(pool: TablePool, members: Mapping[str, Any]) -> list[Buffer]:
     text = json.dumps(document, separators=(",", ":"), allow_nan=False).encode()
     text += b" " * (-len(text) % ALIGNMENT)
     padding = b"\0" * (-pool.length % ALIGNMENT)
-    header = struct.pack("<4sIQQ", MAGIC, VERSION, len(text), pool.length + len(padding))
+    header = struct.pack("<4sIQQ", magic, VERSION, len(text), pool.length + len(padding))
     return [header, text, *pool.chunks, padding]

@@ -19,6 +19,14 @@ Json = dict[str, Any]
 
 
 @dataclass(frozen=True)
+class CertificateFile:
+    """A certificate file that has been written."""
+
+    uri: str
+    sha256: str
+
+
+@dataclass(frozen=True)
 class Sector:
     """A nav file that has been written."""
 
@@ -27,6 +35,7 @@ class Sector:
     """Number of its first cell."""
     last: int
     """Number behind that of its last cell."""
+    certificates: CertificateFile | None = None
 
 
 @dataclass(frozen=True)
@@ -119,9 +128,12 @@ def _sector(nav_map: NavMap, sector: Sector) -> Json:
     cells = slice(sector.first, sector.last)
     lower = nav_map.cells.lower[cells].min(axis=0)
     upper = nav_map.cells.upper[cells].max(axis=0)
-    return {
+    listed: Json = {
         "uri": sector.uri,
         "firstCell": sector.first,
         "cellCount": sector.last - sector.first,
         "boundingVolume": {"box": box_volume(lower, upper, nav_map.scene.step)},
     }
+    if sector.certificates is not None:
+        listed["certificates"] = vars(sector.certificates)
+    return listed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import logging
 import re
@@ -10,12 +11,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from tilesnav_ref.tileset.certificates import certificate_file
 from tilesnav_ref.tileset.content import make_content
 from tilesnav_ref.tileset.delta import state_digests
 from tilesnav_ref.tileset.errors import EncodeError
 from tilesnav_ref.tileset.model import NavMap, TilesetSettings
 from tilesnav_ref.tileset.nav import CellArrays, nav_file
-from tilesnav_ref.tileset.tilejson import Sector, Tile, content_tile, tileset_json
+from tilesnav_ref.tileset.tilejson import CertificateFile, Sector, Tile, content_tile, tileset_json
 
 NUMBERS = re.compile(r"\[\n[-+.,\w\s]*\]")
 """An array of numbers over several lines; the line break tells it from the text of a string."""
@@ -92,6 +94,21 @@ def _write_contents(folder: Path, nav_map: NavMap) -> list[Tile]:
     return tiles
 
 
+def _write_certificates(
+    folder: Path, nav_map: NavMap, nav_uri: str, first: int, last: int
+) -> CertificateFile | None:
+    certificates = nav_map.pvs.certificates
+    if certificates is None:
+        return None
+    uri = nav_uri.removesuffix(".nav") + ".cert"
+    digest = hashlib.sha256()
+    with (folder / uri).open("wb") as file:
+        for part in certificate_file(certificates, first, last):
+            file.write(part)
+            digest.update(part)
+    return CertificateFile(uri, digest.hexdigest())
+
+
 def _write_sectors(
     folder: Path, nav_map: NavMap, planes: NDArray[np.float64], settings: TilesetSettings
 ) -> list[Sector]:
@@ -103,6 +120,6 @@ def _write_sectors(
         uri = f"nav/{number}.nav"
         with (folder / uri).open("wb") as file:
             file.writelines(nav_file(nav_map, arrays, first, last))
-        sectors.append(Sector(uri, first, last))
+        sectors.append(Sector(uri, first, last, _write_certificates(folder, nav_map, uri, first, last)))
     log.info("wrote %d nav files", len(sectors))
     return sectors

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.geometry import Geometry
 from tilesnav_ref.visibility.occluder import DEGENERATE, PROVED, Flood, Obstacle, make_flood, prove_hidden
+from tilesnav_ref.visibility.record import Record, begin, finish, make_record, put_cut, put_leaf
 from tilesnav_ref.visibility.segments import extremes_see, inner_point, inner_point_of_face, search
 from tilesnav_ref.visibility.shaft import Shaft, make_shaft, set_shaft
 from tilesnav_ref.visibility.sight import crossings, sees
@@ -26,6 +27,7 @@ HIDDEN = PROVED
 OUT_OF_BUDGET = 6
 OUT_OF_BITS = 7
 """Neither the cell part nor the face part can be halved exactly any more."""
+NO_CUT = 0
 REASONS = ("proved", "open-edge", "too-large", "even-parity", "contact", "degenerate", "budget", "resolution")
 
 CROSSING_LIMIT = 24
@@ -54,6 +56,8 @@ class Workspace(NamedTuple):
     """(depth, 3, 3) waiting face parts."""
     levels: NDArray[np.int64]
     """(depth,) number of cuts above each waiting pair."""
+    record: Record
+    """Proofs that were found."""
 
 
 class Budget(NamedTuple):
@@ -68,8 +72,8 @@ class Budget(NamedTuple):
     extreme ones."""
 
 
-def make_workspace(geometry: Geometry, occluder_limit: int, depth: int) -> Workspace:
-    """Working memory for one thread."""
+def make_workspace(geometry: Geometry, occluder_limit: int, depth: int, record: int = 0) -> Workspace:
+    """Working memory for one thread; `record` is the number of words for proofs, 0 for none."""
     size = depth + 2
     return Workspace(
         make_shaft(),
@@ -79,6 +83,7 @@ def make_workspace(geometry: Geometry, occluder_limit: int, depth: int) -> Works
         np.zeros((size, 2, 3)),
         np.zeros((size, 3, 3)),
         np.zeros(size, np.int64),
+        make_record(record),
     )
 
 
@@ -138,12 +143,17 @@ def _size(points):  # type: ignore[no-untyped-def]
 
 @kernel
 def face_is_hidden(geometry, work, cell, face):  # type: ignore[no-untyped-def]
-    """Whether one attempt proves that a face is hidden from a cell (2, 3)."""
+    """Whether one attempt proves that a face is hidden from a cell (2, 3); recorded if so."""
     part = geometry.corners[face]
     set_shaft(work.shaft, cell, part, 3)
     segment = (inner_point(work.random, cell), inner_point_of_face(work.random, part))
     obstacle = Obstacle(cell, face, cell)
-    return _attempt(geometry, work, obstacle, segment, (_size(cell) < _size(part), False)) == PROVED
+    if _attempt(geometry, work, obstacle, segment, (_size(cell) < _size(part), False)) != PROVED:
+        return False
+    begin(work.record, np.array([face]))
+    put_leaf(work.record, work.flood)
+    finish(work.record)
+    return True
 
 
 @kernel
@@ -159,6 +169,7 @@ def decide_face(geometry, work, cell, face, budget):  # type: ignore[no-untyped-
 def _explore(geometry, work, cell, face, budget):  # type: ignore[no-untyped-def]
     """Divide cell and face until every pair of parts is proved; returns the verdict and the last pair."""
     obstacle = Obstacle(cell, face, cell)
+    begin(work.record, np.array([face]))
     work.cells[0] = cell
     work.parts[0] = geometry.corners[face]
     work.levels[0] = 0
@@ -175,7 +186,9 @@ def _explore(geometry, work, cell, face, budget):  # type: ignore[no-untyped-def
             return VISIBLE, box, part
         set_shaft(work.shaft, box, part, 3)
         if _attempt(geometry, work, obstacle, segment, (_size(box) < _size(part), False)) == PROVED:
+            put_leaf(work.record, work.flood)
             if top == 0:
+                finish(work.record)
                 return HIDDEN, box, part
             done += 0.5**level
             continue
@@ -183,8 +196,10 @@ def _explore(geometry, work, cell, face, budget):  # type: ignore[no-untyped-def
             return VISIBLE, box, part
         if level == budget.depth:
             break
-        if not _push_halves(work, box, part, top):
+        code = _push_halves(work, box, part, top)
+        if code == NO_CUT:
             return OUT_OF_BITS, box, part
+        put_cut(work.record, code)
         work.levels[top] = work.levels[top + 1] = level + 1
         top += 2
     return OUT_OF_BUDGET, box, part
@@ -192,10 +207,17 @@ def _explore(geometry, work, cell, face, budget):  # type: ignore[no-untyped-def
 
 @kernel
 def _push_halves(work, box, part, top):  # type: ignore[no-untyped-def]
-    """Push the two halves of a pair, cut in its larger side; False when neither can be cut exactly."""
+    """Push the two halves of a pair, cut in its larger side; returns the code of the cut.
+
+    It is 1 + the axis of a cut of the cell part, 4 + the edge of a cut of the face part, or NO_CUT when
+    neither can be cut exactly (spec, "Certificates"). The half that is pushed last comes first in the record:
+    the one above the cut, or with the first end of the edge.
+    """
     if _size(part) > _size(box):
-        return _cut_part(work, box, part, top) or _cut_box(work, box, part, top)
-    return _cut_box(work, box, part, top) or _cut_part(work, box, part, top)
+        code = _cut_part(work, box, part, top)
+        return code if code != NO_CUT else _cut_box(work, box, part, top)
+    code = _cut_box(work, box, part, top)
+    return code if code != NO_CUT else _cut_part(work, box, part, top)
 
 
 @kernel
@@ -205,13 +227,13 @@ def _cut_box(work, box, part, top):  # type: ignore[no-untyped-def]
         if box[1, k] - box[0, k] > box[1, axis] - box[0, axis]:
             axis = k
     if box[1, axis] - box[0, axis] < 4:
-        return False
+        return NO_CUT
     cut = np.floor((box[0, axis] + box[1, axis]) / 2)
     for i in range(2):
         work.cells[top + i] = box
         work.cells[top + i, 1 - i, axis] = cut
         work.parts[top + i] = part
-    return True
+    return 1 + axis
 
 
 @kernel
@@ -227,7 +249,7 @@ def _cut_part(work, box, part, top):  # type: ignore[no-untyped-def]
     other = (edge + 1) % 3
     for j in range(3):
         if np.int64(part[edge, j] + part[other, j]) % 8 != 0:
-            return False
+            return NO_CUT
     for i in range(2):
         work.cells[top + i] = box
         work.parts[top + i] = part
@@ -235,4 +257,4 @@ def _cut_part(work, box, part, top):  # type: ignore[no-untyped-def]
         half = (part[edge, j] + part[other, j]) / 2
         work.parts[top, edge, j] = half
         work.parts[top + 1, other, j] = half
-    return True
+    return 4 + edge

@@ -12,10 +12,8 @@ from tilesnav_ref.visibility.certify import (
     decide_face,
     face_is_hidden,
 )
+from tilesnav_ref.visibility.record import begin, finish, put_leaf
 from tilesnav_ref.visibility.sight import STACK
-
-# A target box is grown by one fine unit so that it has volume and every face below it lies in its interior.
-GROWTH = 1.0
 
 
 @kernel
@@ -42,9 +40,15 @@ def _hide_below(geometry, node, alive):  # type: ignore[no-untyped-def]
 def _node_is_hidden(geometry, work, cell, node):  # type: ignore[no-untyped-def]
     box = np.empty((2, 3))
     for k in range(3):
-        box[0, k] = geometry.box_lower[node, k] - GROWTH
-        box[1, k] = geometry.box_upper[node, k] + GROWTH
-    return box_is_hidden(geometry, work, cell, box)
+        box[0, k] = geometry.box_lower[node, k]
+        box[1, k] = geometry.box_upper[node, k]
+    if not box_is_hidden(geometry, work, cell, box):
+        return False
+    first = geometry.box_first[node]
+    begin(work.record, np.sort(geometry.face_order[first : first + geometry.box_count[node]]))
+    put_leaf(work.record, work.flood)
+    finish(work.record)
+    return True
 
 
 @kernel

@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import repeat
 from queue import SimpleQueue
 from threading import Event
@@ -22,11 +22,13 @@ from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.processors import thread_count
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility.blocks import Block, make_blocks, make_groups
+from tilesnav_ref.visibility.certificates import Certificates, Proofs
 from tilesnav_ref.visibility.certify import REASONS, Budget, Workspace, make_workspace
 from tilesnav_ref.visibility.descend import cull, cull_faces, decide
 from tilesnav_ref.visibility.geometry import FineFrame, build_geometry, fine_frame, to_fine
 from tilesnav_ref.visibility.limits import leave_out
 from tilesnav_ref.visibility.model import PvsTable
+from tilesnav_ref.visibility.record import is_full, take
 from tilesnav_ref.visibility.sampling import RayCaster
 from tilesnav_ref.visibility.segments import RANDOM_MODULUS
 from tilesnav_ref.visibility.settings import VisibilitySettings
@@ -38,6 +40,8 @@ Progress = Callable[[int, int], None]
 """Called with finished and all steps of the work."""
 
 
+FIRST_WORDS = 1 << 20
+"""Words for the proofs of one call, to begin with."""
 LEVELS = 2
 """Blocks are treated on every such level of their tree, and single cells always."""
 DECISION = 8
@@ -53,13 +57,21 @@ class _Seen:
     reasons: NDArray[np.int64]
 
 
+class _Sight:
+    """What was found out about the cells of a block."""
+
+    def __init__(self) -> None:
+        self.cells: dict[int, _Seen] = {}
+        self.proofs: list[Proofs] = []
+
+
 class _Run:
     """One call of `compute_pvs`: what every thread shares, and the threads."""
 
     def __init__(
         self, scene: Scene, cells: CellComplex, settings: VisibilitySettings, progress: Progress
     ) -> None:
-        frame = _common_frame(scene, cells)
+        self.frame = frame = _common_frame(scene, cells)
         self.settings = settings
         self.cells = cells
         self.geometry = build_geometry(scene, frame, settings.max_range)
@@ -70,9 +82,13 @@ class _Run:
         self.threads = thread_count(settings.threads)
         self.spare: SimpleQueue[Workspace] = SimpleQueue()
         for _ in range(self.threads):
-            self.spare.put(make_workspace(self.geometry, settings.occluder_faces, settings.depth))
+            self.spare.put(self.workspace(FIRST_WORDS if settings.certificates else 0))
         self._progress = progress
         self._done = 0
+
+    def workspace(self, words: int) -> Workspace:
+        """Memory for a thread, with so many words for proofs."""
+        return make_workspace(self.geometry, self.settings.occluder_faces, self.settings.depth, words)
 
     def advance(self, steps: int) -> None:
         """Count finished steps; only one thread calls this."""
@@ -115,7 +131,7 @@ def compute_pvs(
     run = _Run(scene, cells, settings, progress or _no_progress)
     groups = make_groups(run.boxes, np.arange(cells.count), max(1, settings.pairs // scene.face_count))
     logger.info("visibility: %d cells in %d groups, %d faces", cells.count, len(groups), scene.face_count)
-    found: dict[int, _Seen] = {}
+    found = _Sight()
     with ThreadPoolExecutor(run.threads) as pool:
         try:
             for group in groups:
@@ -124,7 +140,10 @@ def compute_pvs(
             run.stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
             raise
-    return _gather([found[i] for i in range(cells.count)])
+    table = _gather([found.cells[i] for i in range(cells.count)])
+    if not settings.certificates:
+        return table
+    return replace(table, certificates=Certificates(run.frame, cells.count, found.proofs))
 
 
 def _no_progress(done: int, total: int) -> None:
@@ -138,9 +157,7 @@ def _common_frame(scene: Scene, cells: CellComplex) -> FineFrame:
     return fine_frame(low, high)
 
 
-def _see_group(
-    run: _Run, pool: ThreadPoolExecutor, group: NDArray[np.int64], found: dict[int, _Seen]
-) -> None:
+def _see_group(run: _Run, pool: ThreadPoolExecutor, group: NDArray[np.int64], found: _Sight) -> None:
     """Survey a group of cells (ascending numbers), then decide what the survey has not seen."""
 
     def each(work: Callable[[int], None], numbers: Iterable[int]) -> None:
@@ -156,17 +173,22 @@ def _see_group(
     proven = {int(cell): survey.seen[row].view(np.bool_) for row, cell in enumerate(group)}
     blocks = make_blocks(run.boxes, group, run.settings.block_cells)
     for part in pool.map(_see_block, repeat(run), blocks, repeat(proven)):
-        found.update(part)
-        run.advance(DECISION * len(part))
+        found.cells.update(part.cells)
+        found.proofs.extend(part.proofs)
+        run.advance(DECISION * len(part.cells))
 
 
-def _see_block(run: _Run, block: Block, proven: dict[int, NDArray[np.bool_]]) -> dict[int, _Seen]:
+def _see_block(run: _Run, block: Block, proven: dict[int, NDArray[np.bool_]]) -> _Sight:
     work = run.spare.get()
     try:
-        found: dict[int, _Seen] = {}
-        alive = np.ones(len(run.geometry.corners), np.bool_)
-        _see(run, work, (block, alive, proven, 0), found)
-        return found
+        while True:
+            found = _Sight()
+            alive = np.ones(len(run.geometry.corners), np.bool_)
+            _see(run, work, (block, alive, proven, 0), found)
+            if not is_full(work.record):
+                return found
+            # The block is done anew with more room: the same random numbers lead to the same proofs.
+            work = run.workspace(2 * len(work.record.words))
     finally:
         run.spare.put(work)
 
@@ -175,7 +197,7 @@ State = tuple[Block, NDArray[np.bool_], dict[int, NDArray[np.bool_]], int]
 """Block, faces that are not known to be hidden from it, faces seen from cells, level in the tree."""
 
 
-def _see(run: _Run, work: Workspace, state: State, found: dict[int, _Seen]) -> None:
+def _see(run: _Run, work: Workspace, state: State, found: _Sight) -> None:
     """Cull the faces hidden from a block, then go on with its halves, and decide each single cell."""
     run.check_stop()
     block, alive, proven, level = state
@@ -184,14 +206,21 @@ def _see(run: _Run, work: Workspace, state: State, found: dict[int, _Seen]) -> N
     work.random[0] = _random_start(run.settings.seed, block)
     if not block.halves:
         cell = block.cells[0]
-        found[cell] = _decide_cell(run, work, cell, alive, proven[cell])
+        found.cells[cell] = _decide_cell(run, work, cell, alive, proven[cell].copy())
+        _keep_proofs(work, block, found)
         return
     if level % LEVELS == 0:
         seen = np.logical_or.reduce([proven[cell] for cell in block.cells])
         cull(run.geometry, work, block.box, seen, alive)
         cull_faces(run.geometry, work, block.box, seen, alive)
+        _keep_proofs(work, block, found)
     for half in block.halves:
         _see(run, work, (half, alive, proven, level + 1), found)
+
+
+def _keep_proofs(work: Workspace, block: Block, found: _Sight) -> None:
+    if len(work.record.words) and not is_full(work.record):
+        found.proofs.append(Proofs(block.cells, block.box, take(work.record)))
 
 
 def _random_start(seed: int, block: Block) -> int:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from tilesnav_ref.visibility.certificates import Certificates
+
 
 @dataclass(frozen=True)
 class PvsTable:
@@ -25,6 +27,8 @@ class PvsTable:
     """(P,) whether the listed face is proven visible."""
     undecided: dict[str, int] = field(default_factory=dict)
     """Number of kept faces that are neither proven visible nor proven hidden, by the reason why."""
+    certificates: Certificates | None = None
+    """Proofs for the faces that are not listed, when they were asked for."""
 
     def faces_of(self, cell: int) -> NDArray[np.uint32]:
         """Face numbers of one cell, ascending."""

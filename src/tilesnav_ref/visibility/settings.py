@@ -41,6 +41,9 @@ class VisibilitySettings:
     max_range: float | None = None
     """Metres; a face is visible only from nearer than this. None: from any distance."""
 
+    certificates: bool = False
+    """Whether the proofs that faces are hidden are kept, to be written."""
+
     def __post_init__(self) -> None:
         """Refuse what no work can be done with: ValueError with setting, found and allowed values."""
         least = {"occluder_faces": 1, "block_cells": 1, "pairs": 1}

@@ -1,9 +1,9 @@
 """The shaft of a cell part and a target part, and condition (1): an edge that no segment of the shaft meets.
 
 A segment runs from a point c of the open cell part to a point t of the target part (the relative interior
-of a triangle, or of a box). An edge is cleared by one of four weak separations; each is strict for every
-point of [c, t) because c is interior, and t itself is no concern since no occluder meets the target
-(contact.py).
+of a triangle, or a closed box, which may be flat). An edge is cleared by one of four weak separations; each
+is strict for every point of [c, t) because c is interior, and t itself is no concern since no occluder meets
+the target (contact.py).
 
 References
 ----------
