@@ -28,6 +28,14 @@ class EncodeSettings:
     lod: LodSettings = field(default_factory=LodSettings)
     tileset: TilesetSettings = field(default_factory=TilesetSettings)
 
+    def __post_init__(self) -> None:
+        """Refuse certificates where faces are left out without one: ValueError."""
+        if self.visibility.certificates and (self.scene.one_sided or self.visibility.max_range is not None):
+            raise ValueError(
+                "setting certificates: found with one_sided or max_range, which leave faces out without a"
+                " certificate; allowed: certificates alone or with transparent"
+            )
+
 
 def encode(
     source: Path,

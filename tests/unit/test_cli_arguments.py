@@ -74,6 +74,13 @@ def test_a_range_of_nothing_is_usage() -> None:
         _settings("--max-range", "0")
 
 
+@pytest.mark.parametrize("options", [("--one-sided", "*"), ("--max-range", "9")])
+def test_certificates_do_not_go_with_what_leaves_faces_out_without_one(options: tuple[str, ...]) -> None:
+    with pytest.raises(UsageError, match="certificates"):
+        _settings("--certificates", *options)
+    assert _settings("--certificates", "--transparent", "tree*").visibility.certificates
+
+
 def test_town() -> None:
     assert town_settings(parse(["sample", "t.ply"])) == TownSettings()
     given = parse(["sample", "t.ply", "--size", "full", "--detail", "fine", "--seed", "0"])
