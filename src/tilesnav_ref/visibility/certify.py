@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.geometry import Geometry
+from tilesnav_ref.visibility.limits import pair_is_out
 from tilesnav_ref.visibility.occluder import DEGENERATE, PROVED, Flood, Obstacle, make_flood, prove_hidden
 from tilesnav_ref.visibility.record import Record, begin, finish, make_record, put_cut, put_leaf
-from tilesnav_ref.visibility.segments import extremes_see, inner_point, inner_point_of_face, search
+from tilesnav_ref.visibility.segments import extremes_see, inner_point, inner_point_of_face, search, trial
 from tilesnav_ref.visibility.shaft import Shaft, make_shaft, set_shaft
 from tilesnav_ref.visibility.sight import crossings, sees
 
@@ -181,7 +182,12 @@ def _explore(geometry, work, cell, face, budget):  # type: ignore[no-untyped-def
             break
         top -= 1
         box, part, level = work.cells[top].copy(), work.parts[top].copy(), work.levels[top]
-        segment = (inner_point(work.random, box), inner_point_of_face(work.random, part))
+        if pair_is_out(geometry, box, part, face):
+            if top == 0:
+                return HIDDEN, box, part
+            done += 0.5**level
+            continue
+        segment = trial(geometry, work.random, box, part)
         if sees(geometry, segment[0], segment[1], face):
             return VISIBLE, box, part
         set_shaft(work.shaft, box, part, 3)

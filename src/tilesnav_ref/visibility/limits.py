@@ -57,7 +57,18 @@ def is_out(geometry, box, face):  # type: ignore[no-untyped-def]
     """Whether no point of a box (2, 3) can see a face for reasons of range or side."""
     if geometry.one_sided[face] and _is_behind(geometry, box, face):
         return True
-    return geometry.far < UNLIMITED and _face_is_far(geometry, box, face)
+    return geometry.far < UNLIMITED and _part_is_far(geometry, box, geometry.corners[face])
+
+
+@kernel
+def pair_is_out(geometry, box, part, face):  # type: ignore[no-untyped-def]
+    """Whether no segment from a box (2, 3) to a part (3, 3) of a face counts for reasons of range or side.
+
+    That holds for the closures of both, so such pairs may be left out of a subdivision (spec, Annex C).
+    """
+    if geometry.one_sided[face] and _is_behind(geometry, box, face):
+        return True
+    return geometry.far < UNLIMITED and _part_is_far(geometry, box, part)
 
 
 @kernel
@@ -84,9 +95,8 @@ def _boxes_are_far(geometry, box, lower, upper):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _face_is_far(geometry, box, face):  # type: ignore[no-untyped-def]
-    """Whether a face is surely at least the range away from a box."""
-    part = geometry.corners[face]
+def _part_is_far(geometry, box, part):  # type: ignore[no-untyped-def]
+    """Whether a triangle is surely at least the range away from a box."""
     on_face = (part[0] + part[1] + part[2]) / 3.0
     on_box = np.empty(3)
     for _ in range(PROJECTIONS):

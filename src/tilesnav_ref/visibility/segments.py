@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from tilesnav_ref.kernels import kernel
+from tilesnav_ref.visibility.geometry import UNLIMITED
 from tilesnav_ref.visibility.sight import sees
 
 RANDOM_MODULUS = 2**31 - 1
@@ -85,12 +86,41 @@ def nearest_inner_point(part, u, v):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def within_reach(geometry, box, t):  # type: ignore[no-untyped-def]
+    """The part of a box (2, 3) in the cube about t that holds the range; the box where that is too thin."""
+    if geometry.near >= UNLIMITED:
+        return box
+    found = box.copy()
+    for k in range(3):
+        found[0, k] = max(box[0, k], t[k] - geometry.near)
+        found[1, k] = min(box[1, k], t[k] + geometry.near)
+        if found[1, k] - found[0, k] < 2.0:
+            return box
+    return found
+
+
+@kernel
+def _nearest_sees(geometry, box, t, face):  # type: ignore[no-untyped-def]
+    """Whether the inner point of a box (2, 3) that is nearest to t sees the face, where there is a range."""
+    if geometry.near >= UNLIMITED:
+        return False
+    c = (
+        min(max(t[0], box[0, 0] + 1.0), box[1, 0] - 1.0),
+        min(max(t[1], box[0, 1] + 1.0), box[1, 1] - 1.0),
+        min(max(t[2], box[0, 2] + 1.0), box[1, 2] - 1.0),
+    )
+    return sees(geometry, c, t, face)
+
+
+@kernel
 def extremes_see(geometry, box, part, face):  # type: ignore[no-untyped-def]
     """Whether a segment from near a corner of a box (2, 3) to near a corner of a part of a face sees it."""
     whole = np.int64(1) << trailing_zeros(part)
     for k in range(3):
         one, two = whole - 2 if k == 0 else 1, whole - 2 if k == 1 else 1
         t = weighted_point(part, (one, two, whole - one - two), whole)
+        if _nearest_sees(geometry, box, t, face):
+            return True
         for i in range(8):
             c = (
                 box[1, 0] - 1.0 if i & 1 else box[0, 0] + 1.0,
@@ -103,6 +133,15 @@ def extremes_see(geometry, box, part, face):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def trial(geometry, state, box, part):  # type: ignore[no-untyped-def]
+    """A random segment (c, t) of a pair (cell part, face part); one within the range if possible."""
+    if geometry.near >= UNLIMITED:
+        return inner_point(state, box), inner_point_of_face(state, part)
+    t = inner_point_of_face(state, part)
+    return inner_point(state, within_reach(geometry, box, t)), t
+
+
+@kernel
 def search(geometry, state, pair, what):  # type: ignore[no-untyped-def]
     """Whether one of some segments of a pair (cell part, face part) sees the face; what: (face, number)."""
     box, part = pair
@@ -110,7 +149,7 @@ def search(geometry, state, pair, what):  # type: ignore[no-untyped-def]
     if number > 0 and extremes_see(geometry, box, part, face):
         return True
     for _ in range(number):
-        c, t = inner_point(state, box), inner_point_of_face(state, part)
+        c, t = trial(geometry, state, box, part)
         if sees(geometry, c, t, face):
             return True
     return False
