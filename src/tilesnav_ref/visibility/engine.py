@@ -183,6 +183,7 @@ def _see_block(run: _Run, block: Block, proven: dict[int, NDArray[np.bool_]]) ->
         while True:
             found = _Sight()
             alive = np.ones(len(run.geometry.corners), np.bool_)
+            work.success[:] = 0
             _see(run, work, (block, alive, proven, 0), found)
             if not is_full(work.record):
                 return found
