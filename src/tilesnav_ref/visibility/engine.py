@@ -41,7 +41,7 @@ Progress = Callable[[int, int], None]
 
 FIRST_WORDS = 1 << 20
 """Words for the proofs of one call, to begin with."""
-LEVELS = 2
+LEVELS = 3
 """Blocks are treated on every such level of their tree, and single cells always."""
 DECISION = 8
 """Weight of deciding a cell in the progress, where a round of lines has weight 1."""
