@@ -68,6 +68,34 @@ SINGLE = World(
 )
 """One cell before a wall: the least tileset."""
 
+
+def _triangle(*corners: tuple[float, float, float]) -> Shape:
+    a, b, c = ((grid(x), grid(y), grid(z)) for x, y, z in corners)
+    return Shape(((a, b, c),), (a, b, c))
+
+
+SHEET = Object(0, (quad((-1, -1, 0.5), (-1, 1, 0.5), (-1, 1, 2), (-1, -1, 2)),))
+
+HIDING = replace(SINGLE, objects=(GROUND, WALL, SHEET))
+"""One cell before a wall that hides a sheet: the least tileset with something to prove."""
+
+CONTACT = replace(HIDING, clearance=0.0, cells=(box_cell((0, -1, 0.5), (3, 1, 2)),))
+"""The same with a cell that touches the wall."""
+
+FUSED = World(
+    (
+        GROUND,
+        Object(0, (quad((0, -2, 1.125), (0, 2, 1.125), (0, 2, 3), (0, -2, 3)),)),
+        Object(0, (quad((-1, -2, 0.5), (-1, 2, 0.5), (-1, 2, 2), (-1, -2, 2)),)),
+        Object(0, (quad((-3, -0.5, 1), (-3, 0.5, 1), (-3, 0.5, 2), (-3, -0.5, 2)),)),
+        Object(0, (_triangle((4, -0.5, 1.5), (4, 0.5, 0.5), (4, 0.5, 2.5)),)),
+    ),
+    (box_cell((1, -1, 0.5), (3, 1, 2.5)), box_cell((-2.5, -1, 1), (-2, 1, 2))),
+)
+"""Two walls, the high one in front of the low one, that hide something only together: a sheet from the first
+cell, whose upper half the high wall screens and whose lower half the low one; and a triangle from the second
+cell, the upper half of which is behind the high wall and the lower half behind the low one."""
+
 TWO_SECTORS = replace(RING, sector_sizes=(3, 2))
 
 SLANT = (0.6, 0.0, 0.8)

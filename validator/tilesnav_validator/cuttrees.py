@@ -44,7 +44,7 @@ def leaves(codes: bytes, box: Numbers, triangle: Numbers) -> Iterator[tuple[Numb
         box, triangle = pending.pop()
         if code == LEAF:
             yield box, triangle
-        elif code < EDGES[0]:
+        elif code < EDGES[0] and triangle:
             above, below = _divided(box, code - 1, index)
             pending += (below, triangle), (above, triangle)
         elif code in EDGES and triangle:
