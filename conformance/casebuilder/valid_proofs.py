@@ -82,8 +82,8 @@ def _shared(world: World, states: list[State]) -> dict[int, Proofs]:
     return {0: proofs}
 
 
-def proof_cases() -> Iterator[Case]:
-    """All cases of this module."""
+def form_cases() -> Iterator[Case]:
+    """Parts of the format: several targets, trees, cells that share, and files with nothing in them."""
     yield Case(
         "one-cell-proved",
         HIDING,
@@ -128,6 +128,10 @@ def proof_cases() -> Iterator[Case]:
         "A checker that takes the region for the box of the cell.",
         proofs=_shared,
     )
+
+
+def limit_cases() -> Iterator[Case]:
+    """Limits that are only just kept, and certificates for a part of the tileset."""
     yield Case(
         "fine-proofs",
         RING,
@@ -159,3 +163,9 @@ def proof_cases() -> Iterator[Case]:
         "A validator that calls the whole proved where a part is.",
         proofs=_last_sector,
     )
+
+
+def proof_cases() -> Iterator[Case]:
+    """All cases of this module."""
+    yield from form_cases()
+    yield from limit_cases()
