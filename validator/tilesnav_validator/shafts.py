@@ -115,8 +115,9 @@ def _behind_target(parts: Parts, leaf: IntArray, start: IntArray, end: IntArray)
     base = parts.target[:, 0]
     one, two = parts.target[:, 1] - base, parts.target[:, 2] - base
     signs = determinant(one[:, None], two[:, None], parts.corners - base[:, None])
-    # The signs of an open box are not all zero: a plane holds none of them.
-    side = np.where((signs >= 0).all(axis=1), 1, np.where((signs <= 0).all(axis=1), -1, 0))
+    # All zero are the signs of a triangle without area only; then least and most are 0, and so is the side.
+    least, most = signs.min(axis=1).astype(np.int64), signs.max(axis=1).astype(np.int64)
+    side = np.where(least * most < 0, 0, least + most)
     cleared = side[leaf] != 0
     for point in (start, end):
         cleared &= determinant(one[leaf], two[leaf], point - base[leaf]) * side[leaf] <= 0
