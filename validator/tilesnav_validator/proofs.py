@@ -84,12 +84,6 @@ class Scene:
         return np.stack([low, high], axis=1)
 
     @cached_property
-    def whole_region(self) -> IntArray:
-        """For each certificate a number that tells its region from others, shape (p,)."""
-        _, number = np.unique(self.found.regions.reshape(-1, 6), axis=0, return_inverse=True)
-        return number.reshape(-1).astype(np.int64)
-
-    @cached_property
     def corner_numbers(self) -> IntArray:
         """For each corner of each face the number of its position, shape (f, 3)."""
         x, y, z = (self.faces.grid.reshape(-1, 3) + 2**23).T
@@ -197,7 +191,9 @@ def _group_faults(scene: Scene, batch: Batch, random: np.random.Generator) -> It
 
 def _meet_regions(scene: Scene, certificate: IntArray, face: IntArray) -> BoolArray:
     """Which faces meet the region of a certificate; the same pair of both is looked at once."""
-    keys = scene.whole_region[certificate] * len(scene.units) + face
+    used, mine = np.unique(certificate, return_inverse=True)
+    _, number = np.unique(scene.found.regions[used].reshape(-1, 6), axis=0, return_inverse=True)
+    keys = number.reshape(-1)[mine] * len(scene.units) + face
     _, one, all_of = np.unique(keys, return_index=True, return_inverse=True)
     region = scene.found.regions[certificate[one]]
     away = separation.keep_off_open_boxes(scene.units[face[one]], region[:, 0], region[:, 1])
