@@ -19,9 +19,10 @@ from casebuilder.valid_proofs import (
     plain,
 )
 from casebuilder.world import World
-from casebuilder.worlds import FUSED, HIDING, RING, SLANTED, TWO_SECTORS, WEST
+from casebuilder.worlds import FUSED, HIDING, PIERCED, RING, SLANTED, TWO_SECTORS, WEST
 
 POSTER_FACE, FAR_SIDE = 4, 8
+POST_FACES = list(range(6, 18))
 CERTIFICATES = ("sectors", 0, "certificates")
 
 
@@ -221,6 +222,10 @@ def _even(proofs: Proofs) -> None:
     _of_target(proofs, POSTER_FACE).occluders = [BUILDING_FACES]
 
 
+def _pierce(proofs: Proofs) -> None:
+    proofs.certificates[0].occluders = [[*WALL_FACES, *POST_FACES]]
+
+
 def _itself(proofs: Proofs) -> None:
     _of_target(proofs, FAR_SIDE).occluders = [BUILDING_FACES]
 
@@ -237,6 +242,7 @@ SOUND: dict[str, Edits] = {
     "certificate/sound/even": _made(_even),
     "certificate/sound/its-own-occluder": _made(_itself),
     "certificate/sound/occluder-behind-the-target": _small(_first_proof(occluders=[SHEET_FACES[1:]])),
+    "certificate/sound/occluder-through-the-target": _made(_pierce, plain, PIERCED),
     "certificate/sound/occluder-in-the-region": _small(_region(_into_the_wall)),
     "certificate/sound/occluder-in-the-box": _boxed(_first_proof(targets=[2, 4, 5])),
 }

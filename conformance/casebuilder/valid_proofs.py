@@ -8,7 +8,7 @@ from casebuilder.assemble import Case
 from casebuilder.proofs import Proof, Proofs, one_each, region_of
 from casebuilder.state import State
 from casebuilder.world import World
-from casebuilder.worlds import CONTACT, EAST, FUSED, HIDING, RING, SINGLE, SLANTED, TWO_SECTORS, UPPER
+from casebuilder.worlds import CONTACT, EAST, FUSED, HIDING, LOOSE, RING, SINGLE, SLANTED, TWO_SECTORS, UPPER
 
 SHEET_FACES = [4, 5]
 WALL_FACES = [2, 3]
@@ -31,6 +31,19 @@ def nothing(world: World, _states: list[State]) -> dict[int, Proofs]:
 def plain(world: World, states: list[State]) -> dict[int, Proofs]:
     """A certificate of one leaf for each cell and hidden face, in every sector."""
     return {i: one_each(world, states, i) for i in range(len(world.sectors))}
+
+
+LOOSE_FACES = (6, 7, 8)
+
+
+def _loose(world: World, states: list[State]) -> dict[int, Proofs]:
+    """The first face of the sheet once for each loose face, which belongs to the occluder."""
+    proofs = one_each(world, states, 0)
+    first = next(proof for proof in proofs.certificates if proof.targets == [SHEET_FACES[0]])
+    proofs.uses[0] += range(len(proofs.certificates), len(proofs.certificates) + len(LOOSE_FACES))
+    for face in LOOSE_FACES:
+        proofs.certificates.append(Proof(first.region, first.targets, [[*WALL_FACES, face]]))
+    return {0: proofs}
 
 
 def _fine(world: World, states: list[State]) -> dict[int, Proofs]:
@@ -120,6 +133,14 @@ def form_cases() -> Iterator[Case]:
         "Two walls hide faces together: a cut of the region and a cut of the target, with other occluders.",
         "A checker that takes the parts of a cut in the wrong order, or cuts the wrong edge.",
         proofs=fused,
+    )
+    yield Case(
+        "loose-faces",
+        LOOSE,
+        "Occluders with a face more, whose edges are in nobody's way, each for another reason.",
+        "A checker that lacks one of the tests that clear edges.",
+        near=("certificate/sound",),
+        proofs=_loose,
     )
     yield Case(
         "shared-proofs",
