@@ -55,7 +55,10 @@ class Scene:
     def __init__(self, found: Certificates, faces: Faces) -> None:
         self.found = found
         self.faces = faces
-        self.units = found.in_units(faces.grid)
+
+    def corners(self, face: IntArray) -> IntArray:
+        """Corners of faces in units, shape (k, 3, 3)."""
+        return self.found.in_units(self.faces.grid[face])
 
     @cached_property
     def first_leaf(self) -> IntArray:
@@ -77,26 +80,18 @@ class Scene:
     @cached_property
     def target_boxes(self) -> IntArray:
         """Closed boxes spanned by the targets of each certificate, shape (p, 2, 3)."""
-        corners = self.units[self.found.targets.values]
+        corners = self.corners(self.found.targets.values)
         starts = self.found.targets.offsets[:-1]
         low = np.minimum.reduceat(corners.min(axis=1), starts, axis=0)
         high = np.maximum.reduceat(corners.max(axis=1), starts, axis=0)
         return np.stack([low, high], axis=1)
 
-    @cached_property
-    def corner_numbers(self) -> IntArray:
-        """For each corner of each face the number of its position, shape (f, 3)."""
-        x, y, z = (self.faces.grid.reshape(-1, 3) + 2**23).T
-        _, first = np.unique((x << 24) | y, return_inverse=True)  # three times 24 bits do not fit one key
-        _, number = np.unique((first.astype(np.int64) << 24) | z, return_inverse=True)
-        return number.astype(np.int64).reshape(-1, 3)
-
     def triangle(self, certificate: int) -> cuttrees.Numbers:
         """Corners of the one target; nothing where there are several."""
         if not self.single[certificate]:
             return ()
-        face = self.found.targets.values[self.found.targets.offsets[certificate]]
-        return tuple(self.units[face].ravel().tolist())
+        start = self.found.targets.offsets[certificate]
+        return tuple(self.corners(self.found.targets.values[start : start + 1]).ravel().tolist())
 
     def tree(self, certificate: int) -> Iterator[tuple[cuttrees.Numbers, cuttrees.Numbers]]:
         """Parts of the leaves of a certificate; raises ``TreeError`` where its codes are no tree."""
@@ -119,7 +114,7 @@ def _uncut(scene: Scene, chosen: IntArray) -> Batch:
     low, high = scene.found.regions[chosen, 0], scene.found.regions[chosen, 1]
     if scene.single[chosen[0]]:
         faces = scene.found.targets.values[scene.found.targets.offsets[chosen]]
-        target = scene.units[faces]
+        target = scene.corners(faces)
     else:
         boxes = scene.target_boxes[chosen]
         target = shafts.box_corners(boxes[:, 0], boxes[:, 1])
@@ -182,7 +177,7 @@ def _group_faults(scene: Scene, batch: Batch, random: np.random.Generator) -> It
     for at, between in _open_edges(scene, batch, occluder):
         reasons.setdefault(at, (f"the border edge {between}", "cleared by one of the four tests"))
     even = "no segment in general position that crosses an odd number of faces"
-    for at in np.flatnonzero(~parity.odd(batch.parts, leaf, scene.units[face], random)).tolist():
+    for at in np.flatnonzero(~parity.odd(batch.parts, leaf, scene.corners(face), random)).tolist():
         reasons.setdefault(at, (even, "an odd number"))
     for at, reason in sorted(reasons.items()):
         where = f"{scene.found.name} certificate {batch.certificate[at]} leaf {batch.number[at]}"
@@ -193,21 +188,21 @@ def _meet_regions(scene: Scene, certificate: IntArray, face: IntArray) -> BoolAr
     """Which faces meet the region of a certificate; the same pair of both is looked at once."""
     used, mine = np.unique(certificate, return_inverse=True)
     _, number = np.unique(scene.found.regions[used].reshape(-1, 6), axis=0, return_inverse=True)
-    keys = number.reshape(-1)[mine] * len(scene.units) + face
+    keys = number.reshape(-1)[mine] * len(scene.faces.grid) + face
     _, one, all_of = np.unique(keys, return_index=True, return_inverse=True)
     region = scene.found.regions[certificate[one]]
-    away = separation.keep_off_open_boxes(scene.units[face[one]], region[:, 0], region[:, 1])
+    away = separation.keep_off_open_boxes(scene.corners(face[one]), region[:, 0], region[:, 1])
     return np.asarray(~away[all_of])
 
 
 def _meet_targets(scene: Scene, certificate: IntArray, face: IntArray) -> BoolArray:
     """Which faces meet the target of a certificate. A face that is a target does."""
-    keys = certificate * len(scene.units) + face
+    keys = certificate * len(scene.faces.grid) + face
     _, one, all_of = np.unique(keys, return_index=True, return_inverse=True)
-    certificate, triangles = certificate[one], scene.units[face[one]]
+    certificate, triangles = certificate[one], scene.corners(face[one])
     if scene.single[certificate[0]]:
         target = scene.found.targets.values[scene.found.targets.offsets[certificate]]
-        away = separation.keep_off_triangles(triangles, scene.units[target])
+        away = separation.keep_off_triangles(triangles, scene.corners(target))
     else:
         box = scene.target_boxes[certificate]
         away = separation.keep_off_closed_boxes(triangles, box[:, 0], box[:, 1])
@@ -240,7 +235,7 @@ def odd_edges(scene: Scene, occluders: IntArray) -> tuple[IntArray, IntArray, In
     """
     row, index = take(scene.found.occluders.offsets, occluders)
     face = scene.found.occluders.values[index]
-    numbers = scene.corner_numbers[face]
+    numbers = scene.faces.corner_numbers[face]
     one, other = numbers.ravel(), np.roll(numbers, -1, axis=1).ravel()
     owner, low, high = np.repeat(row, 3), np.minimum(one, other), np.maximum(one, other)
     order = np.lexsort((high, low, owner))
@@ -251,6 +246,6 @@ def odd_edges(scene: Scene, occluders: IntArray) -> tuple[IntArray, IntArray, In
     odd = first[:-1][np.diff(first) % 2 == 1]
     offsets = np.searchsorted(owner[odd], np.arange(len(occluders) + 1))
     at = order[odd]
-    start = scene.units[face[at // 3], at % 3]
-    end = scene.units[face[at // 3], (at % 3 + 1) % 3]
+    corners = scene.corners(face)
+    start, end = corners[at // 3, at % 3], corners[at // 3, (at % 3 + 1) % 3]
     return offsets.astype(np.int64), start, end

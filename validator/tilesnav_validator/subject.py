@@ -23,6 +23,14 @@ than 2^-39 m; with the smallest step, 2^-20 m, this is 2^13 times more, and it i
 itself."""
 
 
+def position_numbers(grid: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Number the positions of corners, equal ones alike: shape (f, 3), from grid steps, shape (f, 3, 3)."""
+    x, y, z = (grid.reshape(-1, 3) + 2**23).T
+    _, first = np.unique((x << 24) | y, return_inverse=True)  # two keys, as three times 24 bits do not fit 64
+    _, number = np.unique((first.astype(np.int64) << 24) | z, return_inverse=True)
+    return number.astype(np.int64).reshape(-1, 3)
+
+
 @dataclass(frozen=True)
 class Faces:
     """Every face of level 0.
@@ -46,6 +54,11 @@ class Faces:
         """Faces that are not degenerate, shape (f,); exact, since differences fit 24 bits and products 50."""
         edges = self.grid[:, 1:] - self.grid[:, :1]
         return np.asarray((np.cross(edges[:, 0], edges[:, 1]) != 0).any(axis=1))
+
+    @cached_property
+    def corner_numbers(self) -> NDArray[np.int64]:
+        """For each corner of each face the number of its position, shape (f, 3)."""
+        return position_numbers(self.grid)
 
 
 class Subject:
