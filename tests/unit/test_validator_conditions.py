@@ -96,6 +96,62 @@ def test_1_each_test_clears_what_no_other_does(name: str, monkeypatch: pytest.Mo
     assert [open_edges(*edge) for edge in ONLY[name]] == [1, 1]
 
 
+@pytest.mark.parametrize("name", ["_past_lines", "_past_segments"])
+@pytest.mark.parametrize("turned", [False, True])
+def test_1_contact_does_not_spoil_a_test(name: str, turned: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    for other in TESTS:
+        if other != name:
+            monkeypatch.setattr(shafts, other, lambda _, leaf, *__: np.zeros(len(leaf), dtype=bool))
+    target = [[20, 0, 0], [20, 4, 0], [20, 2, 40]]
+    ends = [[10, 13, 22], [10, -9, 22]] if turned else [[10, -9, 22], [10, 13, 22]]
+    assert open_edges(target, *ends) == 0  # the line from (0, 4) to (20, 40) is 22 high at 10
+    ends[0][2] = 21
+    assert open_edges(target, *ends) == 1
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_1_a_line_that_is_lower_by_a_hair(turned: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    for other in TESTS[:3]:
+        monkeypatch.setattr(shafts, other, lambda _, leaf, *__: np.zeros(len(leaf), dtype=bool))
+    s = 2**24
+    target = [[20 * s, 0, 0], [20 * s, 4 * s, 0], [20 * s, 2 * s, 40 * s]]
+    for less in (0, 1):  # one unit at 2^52 units from the shaft: 2^-24 of a unit there, lost in float64
+        ends = [[10 * s, -10 * s, 22 * s], [10 * s, 2**52, 22 * s - less]]
+        found = open_edges(target, *(ends[::-1] if turned else ends), region=[0, 0, 0, 4 * s, 4 * s, 4 * s])
+        assert found == less
+
+
+@settings(max_examples=200)
+@given(data=st.data(), far=st.sampled_from([1, 2**10, 2**22]), several=st.booleans())
+def test_1_lines_that_pass_a_corner_closely(data: st.DataObject, far: int, several: bool) -> None:
+    size = 2**28
+    number = st.integers(-size, size)
+    low, high = ([data.draw(number) for _ in range(3)] for _ in range(2))
+    low, high = np.minimum(low, high), np.maximum(low, high) + 1
+    target = np.array([[data.draw(number) for _ in range(3)] for _ in range(8 if several else 3)])
+    corners = shafts.box_corners(low[None], high[None])[0]
+    through = data.draw(st.sampled_from([*corners.tolist(), *target.tolist()]))
+    way, off = (np.array([data.draw(st.integers(-9, 9)) for _ in range(3)]) for _ in range(2))
+    start, end = through + far * way, through - 7 * far * way + off // 5
+    parts = shafts.Parts(low[None], high[None], target[None])
+    found = shafts._past_segments(parts, np.zeros(1, np.int64), start[None], end[None])
+    signs = {_sign(det_of(end - start, c - start, t - start)) for c, t in product(corners, target)}
+    assert found[0] == (signs in ({1}, {-1}, {0, 1}, {0, -1}))
+
+
+def _sign(value: int) -> int:
+    return (value > 0) - (value < 0)
+
+
+def det_of(*rows: Any) -> int:
+    a, b, c = ([int(x) for x in row] for row in rows)
+    return (
+        a[0] * (b[1] * c[2] - b[2] * c[1])
+        + a[1] * (b[2] * c[0] - b[0] * c[2])
+        + a[2] * (b[0] * c[1] - b[1] * c[0])
+    )
+
+
 def test_1_equal_corners_are_no_line() -> None:
     # The lower corners of region and target agree in the view along z, so they span no line, and any edge
     # would be on both sides of it.
@@ -165,10 +221,14 @@ def test_faces_without_area_are_no_occluders() -> None:
 
 
 class Middle:
-    """Draws that are all alike, so that points are centres."""
+    """Draws that are all alike, so that points are centres; the first ones only, if their number is given."""
 
-    def integers(self, _low: int, _high: int, shape: tuple[int, ...]) -> np.ndarray:
-        return np.full(shape, 7)
+    def __init__(self, first: int = 1000) -> None:
+        self.left, self.random = first, np.random.default_rng(1)
+
+    def integers(self, low: int, high: int, shape: tuple[int, ...]) -> np.ndarray:
+        self.left -= 1
+        return np.full(shape, 7) if self.left >= 0 else self.random.integers(low, high, shape)
 
 
 def test_segments_through_an_edge_count_for_nothing() -> None:
@@ -179,6 +239,8 @@ def test_segments_through_an_edge_count_for_nothing() -> None:
     assert complaints(scene) == []
     stuck = [finding.measured for finding in proofs.faults(scene, batch, Middle())]  # type: ignore[arg-type]
     assert stuck == ["no segment in general position that crosses an odd number of faces"]
+    # A start and an end are two draws: the second segment is in general position.
+    assert list(proofs.faults(scene, batch, Middle(2))) == []  # type: ignore[arg-type]
 
 
 def test_points_are_inside() -> None:
@@ -303,6 +365,22 @@ def test_keeping_off_boxes(triangle: Any, corners: Any) -> None:
 @settings(max_examples=500)
 @given(triangle=TRIANGLE, other=TRIANGLE)
 def test_keeping_off_triangles(triangle: Any, other: Any) -> None:
+    check_keeping_off(triangle, other)
+
+
+IN_PLANE = st.tuples(SMALL, SMALL).map(lambda p: (p[0], p[1], p[0] - 2 * p[1]))
+IN_PLANE_TRIANGLE = st.tuples(IN_PLANE, IN_PLANE, IN_PLANE).filter(
+    lambda t: bool(np.cross(np.subtract(t[1], t[0]), np.subtract(t[2], t[0])).any())
+)
+
+
+@settings(max_examples=300)
+@given(triangle=IN_PLANE_TRIANGLE, other=IN_PLANE_TRIANGLE)
+def test_keeping_off_triangles_in_the_same_plane(triangle: Any, other: Any) -> None:
+    check_keeping_off(triangle, other)
+
+
+def check_keeping_off(triangle: Any, other: Any) -> None:
     a, b, c = (np.array(corner) for corner in other)
     normal = np.cross(b - a, c - a)
     sides = [along(normal, a), along(-normal, a)]
