@@ -402,3 +402,30 @@ def test_all_pairs_of_triangles_in_a_plane() -> None:
         [True, False, True],
         [False, True, False],
     ]
+
+
+@pytest.mark.parametrize(
+    ("end", "crossed", "general"),
+    [
+        ((1, 1, 9), True, True),
+        ((1, 1, -1), False, True),  # short of the plane
+        ((9, 1, 9), False, True),  # past it
+        ((2, 0, 9), False, False),  # through the inside of an edge
+        ((0, 0, 9), False, False),  # through a corner
+        ((-2, 0, 9), False, True),  # through the line of an edge, beside it
+        ((1, 1, 0), False, False),  # up to the face
+        ((9, 9, 0), False, True),  # up to its plane
+    ],
+)
+def test_crossings(end: tuple[int, ...], crossed: bool, general: bool) -> None:
+    start = np.array([[end[0], end[1], -9]])
+    face = np.array([[[0, 0, 0], [4, 0, 0], [0, 4, 0]]])
+    for one, other in ((start, np.array([end])), (np.array([end]), start)):
+        found = parity._crossings(one, other, face)
+        assert [bool(x[0]) for x in found] == [crossed, general]
+
+
+def test_a_segment_in_the_plane_of_a_face_is_not_in_general_position() -> None:
+    face = np.array([[[0, 0, 0], [4, 0, 0], [0, 4, 0]]])
+    crossed, general = parity._crossings(np.array([[-1, 1, 0]]), np.array([[9, 1, 0]]), face)
+    assert (bool(crossed[0]), bool(general[0])) == (False, False)
