@@ -105,6 +105,18 @@ def test_batches_of_any_size_say_the_same(
     assert [finding.where for finding in findings] == ["0.cert certificate 1 leaf 1"]
 
 
+@pytest.mark.parametrize("wide", [0, 1])
+def test_every_certificate_has_its_own_region(tmp_path: Path, wide: int) -> None:
+    small = Proven()
+    small.members |= {"cuts": [0, 0], "cutOffsets": [0, 1, 2], "leaves": [0, 0]}
+    small.members["regions"] = [list(region) for region in small.members["regions"]]
+    small.members["regions"][wide][3] = 4097  # the wall is at 4096
+    result = judge(small.write(tmp_path), Settings(rays=0))
+    findings = [finding for judged in result.judgements for finding in judged.findings]
+    assert [f.where for f in findings] == [f"0.cert certificate {wide} leaf {wide}"]
+    assert findings[0].measured == "face 2 of the occluder meets the region"
+
+
 def test_a_certificate_whose_targets_are_all_flat_says_nothing(tmp_path: Path) -> None:
     small = Proven()
     small.members["targets"], small.members["targetOffsets"] = [4, 6], [0, 1, 2]

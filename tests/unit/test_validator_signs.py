@@ -49,6 +49,9 @@ def test_what_64_bits_cannot_hold_is_counted_in_larger_integers() -> None:
     big = 2**60 + 1
     rows = [[big, big - 1, 1], [big + 1, big, 1], [0, 0, 1]]
     assert one(*rows) == exact(*rows) == 1  # big^2 - (big^2 - 1), times 1: lost in float64
+    for some in (big, 2**37):
+        rows = [[some, some - 2, 0], [some + 2, some, 0], [0, 0, 2**62 - 1]]
+        assert one(*rows) == exact(*rows) == 1  # 4 (2^62 - 1), which is -4 modulo 2^64
     rows = [[big, big, big], [big, big, big], [1, 2, 3]]
     assert one(*rows) == 0
 
