@@ -38,6 +38,8 @@ class NavTileset:
     provenance: dict[str, Any]
     sectors: tuple[Sector, ...]
     contents: tuple[ContentRef, ...]
+    certificates: tuple[Path, ...] = ()
+    """Certificate files, of the sectors that have one."""
 
     @cached_property
     def object_offsets(self) -> NDArray[np.int64]:
@@ -144,6 +146,11 @@ def open_tileset(place: Path) -> NavTileset:
         provenance=entry.fields("provenance").members,
         sectors=_open_sectors(entry, root, limits),
         contents=contents,
+        certificates=tuple(
+            resolve_uri(stated.fields("certificates"), root, root)
+            for stated in entry.list_of_fields("sectors")
+            if stated.has("certificates")
+        ),
     )
 
 
