@@ -18,6 +18,7 @@ OTHERS = (
     "tileset.3DTILES_nav.schema.json",
     "content.3DTILES_nav.schema.json",
     "nav.schema.json",
+    "certificates.schema.json",
     "rootProperty.schema.json",
 )
 

@@ -53,7 +53,7 @@ def place_table(folder: Path) -> Table:
         "town.glb": "the sample town; any viewer of meshes opens it",
         "tileset/tileset.json": "the entry tileset; any 3D Tiles 1.1 viewer opens it",
         "tileset/contents": "the mesh as binary glTF",
-        "tileset/nav": "cells, portals, sets, levels and deltas",
+        "tileset/nav": "cells, portals, sets, levels, deltas, and the proofs of the sets",
         "verdict.json": "the whole report of the validator",
     }
     for name, meaning in rows.items():
@@ -68,7 +68,7 @@ def main() -> int:
     scene, tileset, verdict = folder / "town.glb", folder / "tileset", folder / "verdict.json"
     scene.unlink(missing_ok=True)
     run("1. a town", "tilesnav_ref.cli", "sample", scene, *SAMPLE)
-    figures = run("2. encode", "tilesnav_ref.cli", "encode", scene, tileset, "--force")
+    figures = run("2. encode", "tilesnav_ref.cli", "encode", scene, tileset, "--force", "--certificates")
     judge = (tileset / "tileset.json", "--json", "--rays", str(RAYS))
     report = json.loads(run("3. validate", "tilesnav_validator", *judge, allowed=(0, 1)))
     verdict.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")

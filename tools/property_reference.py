@@ -20,6 +20,7 @@ OBJECTS = (
     "tileset.3DTILES_nav.schema.json",
     "content.3DTILES_nav.schema.json",
     "nav.schema.json",
+    "certificates.schema.json",
 )
 BOUNDS = (
     ("minimum", "≥ {}"),

@@ -11,6 +11,7 @@ from typing import Any
 
 from casebuilder.container import glb_bytes, glb_parts, nav_bytes, nav_parts
 from casebuilder.exact import cell_corners
+from casebuilder.proofs import Maker, proof_bytes, proof_parts
 from casebuilder.state import State, Tables, sector_tables, world_states
 from casebuilder.world import World
 
@@ -39,6 +40,12 @@ class Case:
     """Changes the JSON part and the binary part (a list of one) of the first nav file."""
     nav: Callable[[bytes], bytes] | None = None
     """Changes the bytes of the first nav file."""
+    proofs: Maker | None = None
+    """Makes the certificate files; without it there is none."""
+    cert_json: Callable[[Json, list[bytes]], object] | None = None
+    """Changes the JSON part and the binary part (a list of one) of every certificate file."""
+    cert: Callable[[bytes], bytes] | None = None
+    """Changes the bytes of every certificate file before its digest is taken."""
     gltf: Callable[[Json, list[bytes]], object] | None = None
     """Changes the JSON and the binary chunk (a list of one) of content 0 before its digest is taken."""
     glb: Callable[[bytes], bytes] | None = None
@@ -98,6 +105,11 @@ def content_name(content: int) -> str:
 def nav_name(sector: int) -> str:
     """File name of a sector."""
     return f"nav/{sector}.nav"
+
+
+def cert_name(sector: int) -> str:
+    """File name of the certificates of a sector."""
+    return f"nav/{sector}.cert"
 
 
 def content_json(world: World, content: int, data: bytes) -> Json:
@@ -185,6 +197,22 @@ def _content_file(case: Case, content: int) -> bytes:
     return case.glb(data) if case.glb and content == 0 else data
 
 
+def _certificate_files(case: Case, states: list[State], entry: Json) -> Files:
+    """Certificate files, of which the entry object then tells."""
+    files = {}
+    for sector, proofs in (case.proofs(case.world, states) if case.proofs else {}).items():
+        part, binary = proof_parts(proofs)
+        parts = [binary]
+        if case.cert_json:
+            case.cert_json(part, parts)
+        data = proof_bytes(part, parts[0])
+        name = cert_name(sector)
+        files[name] = case.cert(data) if case.cert else data
+        digest = hashlib.sha256(files[name]).hexdigest()
+        entry["sectors"][sector]["certificates"] = {"uri": name, "sha256": digest}
+    return files
+
+
 def json_bytes(value: object) -> bytes:
     """JSON file for people; lists of numbers stay on one line."""
     return _layout(value, "").encode() + b"\n"
@@ -213,6 +241,7 @@ def assemble(case: Case) -> Files:
     contents = sorted({item.content for item in world.objects})
     files |= {content_name(i): _content_file(case, i) for i in contents}
     entry = entry_object(world, states)
+    files |= _certificate_files(case, states, entry)
     if case.entry:
         case.entry(entry)
     tileset = entry_tileset(world, entry, [content_json(world, i, files[content_name(i)]) for i in contents])

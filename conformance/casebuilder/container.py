@@ -50,9 +50,14 @@ def nav_parts(tables: Tables, first_cell: int, cell_count: int) -> tuple[Json, b
 
 def nav_bytes(part: Json | bytes, binary: bytes) -> bytes:
     """Nav file of a JSON part, which may be given as bytes, and a binary part."""
+    return container_bytes(b"nav1", part, binary)
+
+
+def container_bytes(magic: bytes, part: Json | bytes, binary: bytes) -> bytes:
+    """Nav file, or another container with the same header."""
     text = padded(part if isinstance(part, bytes) else dumps(part), b" ", 8)
     body = padded(binary, b"\0", 8)
-    return struct.pack("<4sIQQ", b"nav1", 1, len(text), len(body)) + text + body
+    return struct.pack("<4sIQQ", magic, 1, len(text), len(body)) + text + body
 
 
 def _primitive(

@@ -8,6 +8,10 @@ Convex occluder
     point where the segment from c to t meets the plane is a convex combination of the points where the
     segments between the corners of C and those of T meet it. So when all of those lie in W, every segment
     meets W.
+Parts
+    What is hidden from both halves of a cell is hidden from the cell, and a face both of whose halves are
+    hidden is hidden, when the occluders touch neither the cell nor the face: the segments that are left out
+    are limits of segments that meet one of them (Annex C, Subdivision).
 Far side of a closed convex solid
     A segment that ends inside a facet of a solid and comes from the inner side of that facet's plane runs
     through the interior of the solid just before its end, so it has met the boundary of the solid before.
@@ -83,7 +87,9 @@ def _inside_polygon(outline: tuple[Point, ...], point: Vector) -> bool:
     return all(_dot(_cross(_sub(b, a), _sub(point, a)), normal) >= 0 for a, b in edges)
 
 
-def blocked_by(outline: tuple[Point, ...], corners: tuple[Vector, ...], face: Triangle) -> bool:
+def blocked_by(
+    outline: tuple[Point, ...], corners: tuple[Vector, ...], face: tuple[Vector | Point, ...]
+) -> bool:
     """Whether a convex polygon hides a face from the interior of a convex hull of corners."""
     from_cell, from_face = _sides(outline, corners), _sides(outline, face)
     if max(from_cell) > 0:
@@ -178,6 +184,47 @@ def _counts(c: Vector, t: Vector, face: tuple[Object, Triangle], reach: Fraction
     return reach is None or _square(_sub(t, c)) < reach**2
 
 
+def halves_of_box(corners: tuple[Vector, ...], axis: int) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
+    """Corners of the parts of a box above and below the middle of an axis."""
+    low, high = min(c[axis] for c in corners), max(c[axis] for c in corners)
+    middle = (low + high) / 2
+
+    def part(ends: dict[Fraction, Fraction]) -> tuple[Vector, ...]:
+        moved = ([ends[v] if k == axis else v for k, v in enumerate(c)] for c in corners)
+        return tuple((x, y, z) for x, y, z in moved)
+
+    return part({low: middle, high: high}), part({low: low, high: middle})
+
+
+def halves_of_face(face: Triangle, edge: int) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
+    """Triangles on either side of the middle of an edge, first that which keeps the start of the edge."""
+    start, end = edge, (edge + 1) % 3
+    exact = [_sub(corner, (0, 0, 0)) for corner in face]
+    middle = tuple((a + b) / 2 for a, b in zip(exact[start], exact[end], strict=True))
+    first, second = list(exact), list(exact)
+    first[end] = second[start] = (middle[0], middle[1], middle[2])
+    return tuple(first), tuple(second)
+
+
+def _is_hidden_in_halves(objects: tuple[Object, ...], corners: tuple[Vector, ...], number: int) -> bool:
+    parts = [(item, shape.outline, t) for item in objects for shape in item.shapes for t in shape.triangles]
+    _, mine, face = parts[number]
+    others = {outline for item, outline, _ in parts if outline and outline != mine and not item.porous}
+
+    def blocked(some: tuple[Vector, ...], part: tuple[Vector | Point, ...]) -> bool:
+        return any(blocked_by(outline, some, part) for outline in others)
+
+    cells = [halves_of_box(corners, axis) for axis in range(3)] if _is_box(corners) else []
+    faces = [halves_of_face(face, edge) for edge in range(3)]
+    return any(all(blocked(half, face) for half in halves) for halves in cells) or any(
+        all(blocked(corners, half) for half in halves) for halves in faces
+    )
+
+
+def _is_box(corners: tuple[Vector, ...]) -> bool:
+    return len(corners) == 8 and all(len({c[axis] for c in corners}) == 2 for axis in range(3))
+
+
 @cache
 def visible_faces(
     objects: tuple[Object, ...], cell: Cell, exponent: int, max_range: float | None = None
@@ -201,6 +248,8 @@ def visible_faces(
         rng = random.Random(number)
         tries = ((_mix(rng, corners), _mix(rng, (v0, v1, v2))) for _ in range(400))
         if not any(_counts(c, t, faces[number], reach) and segment_is_free(c, t, others) for c, t in tries):
+            if _is_hidden_in_halves(objects, corners, number):
+                continue
             raise ValueError(f"face {number} is neither seen nor proven hidden from {cell}")
         visible.append(number)
     return tuple(visible)

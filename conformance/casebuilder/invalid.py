@@ -13,6 +13,7 @@ from casebuilder import (
     invalid_core,
     invalid_deltas,
     invalid_portals,
+    invalid_proofs,
     invalid_states,
     senses,
 )
@@ -27,6 +28,7 @@ MODULES = (
     invalid_portals,
     invalid_states,
     invalid_deltas,
+    invalid_proofs,
     senses,
 )
 

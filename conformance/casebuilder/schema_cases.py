@@ -13,9 +13,11 @@ from typing import Any
 
 from casebuilder.assemble import Case, Json, content_json, entry_object, entry_tileset
 from casebuilder.container import dumps, nav_parts
+from casebuilder.proofs import proof_parts
 from casebuilder.state import sector_tables, world_states
+from casebuilder.valid_proofs import in_a_box
 from casebuilder.world import World
-from casebuilder.worlds import SINGLE
+from casebuilder.worlds import HIDING, SINGLE
 
 Path = tuple[str | int, ...]
 ABSENT = object()
@@ -31,6 +33,7 @@ LIMITS: tuple[tuple[Path, object], ...] = (
     (("lod", "levelCount"), 256),
     (("provenance", "coverage"), 0),
     (("provenance", "coverage"), 1),
+    (("sectors", 0, "certificates"), {"uri": "nav/0.cert", "sha256": ""}),
 )
 """Values that a limit of the entry object only just allows."""
 INDEX: tuple[object, ...] = ("1", 0.5, -1)
@@ -139,6 +142,7 @@ def entry_tests(base: Json) -> list[Json]:
     t.bad(s, ("sectors", 0, "cellCount"), "1", 1.5, 0, BIG)
     t.bad_object(s, ("sectors", 0, "boundingVolume"), ("box",))
     _numbers(t, s, ("sectors", 0, "boundingVolume", "box"), 12)
+    _certificates(t)
     _scales(t)
     t.bad_object(e, ("pvs",), ("listed", "provenVisible"))
     for member in ("listed", "provenVisible"):
@@ -166,6 +170,18 @@ def _scales(t: Tests) -> None:
     t.bad(provenance, ("provenance", "encoder"), 5, "")
     t.bad(provenance, ("provenance", "parameters"), "text")
     t.bad(provenance, ("provenance", "coverage"), "1", -0.01, 1.01)
+
+
+def _certificates(t: Tests) -> None:
+    # The sector of the base has no such member, so a text in its place is told apart from a missing one.
+    e, path = "core/entry-object", ("sectors", 0, "certificates")
+    whole = {"uri": "nav/0.cert", "sha256": ""}
+    t.bad(e, path, "text")
+    for member in whole:
+        t.bad(e, path, {name: value for name, value in whole.items() if name != member})
+        t.bad(e, path, {**whole, member: 5})
+    for more in ({"uri": ""}, {"extensions": 5}, {"extensions": {"VENDOR_other": 5}}):
+        t.bad(e, path, {**whole, **more})
 
 
 def content_tests(base: Json) -> list[Json]:
@@ -210,9 +226,31 @@ def tileset_tests(base: Json) -> list[Json]:
 def nav_tests(base: Json) -> list[Json]:
     """Tests of the JSON part of a nav file."""
     t = Tests(base)
-    j = "container/json"
-    t.valid("a JSON part", base)
     groups = ("sector", "cells", "portals", "pvs", "lod", "deltas")
+    _container(t, "container/json", groups, groups[1:])
+    return t.tests
+
+
+def certificate_tests(base: Json) -> list[Json]:
+    """Tests of the JSON part of a certificate file."""
+    t = Tests(base)
+    j = "certificate/container"
+    _container(t, j, ("sector", "frame", "certificates"), ("certificates",))
+    limit = 2**23 - 1
+    for value in (-limit, limit):
+        t.valid(f"frame.origin.0 is {value}", changed(base, ("frame", "origin", 0), value))
+    for value in (0, 29):
+        t.valid(f"frame.subdivision is {value}", changed(base, ("frame", "subdivision"), value))
+    t.bad(j, ("frame", "origin"), "text", [0, 0], [0, 0, 0, 0])
+    t.bad(j, ("frame", "origin", 0), "0", 0.5, limit + 1, -limit - 1)
+    t.bad(j, ("frame", "subdivision"), "0", 0.5, -1, 30)
+    return t.tests
+
+
+def _container(t: Tests, j: str, groups: tuple[str, ...], tables: tuple[str, ...]) -> None:
+    """What the JSON parts of all containers refuse."""
+    base = t.base
+    t.valid("a JSON part", base)
     t.bad_object(j, (), ("buffers", "bufferViews", *groups))
     t.bad(j, ("buffers",), "text", [], base["buffers"] * 2)
     t.bad_object(j, ("buffers", 0), ("byteLength",))
@@ -225,12 +263,11 @@ def nav_tests(base: Json) -> list[Json]:
     t.bad(j, ("bufferViews", 0, "byteLength"), *INDEX)
     for group in groups:
         t.bad_object(j, (group,), tuple(base[group]))
-    for group, members in ((g, base[g]) for g in groups[1:]):
+    for group, members in ((g, base[g]) for g in tables):
         for member in members:
             t.bad(j, (group, member), *(COUNT if "ount" in member else INDEX))
     t.bad(j, ("sector", "firstCell"), *COUNT)
     t.bad(j, ("sector", "cellCount"), "1", 1.5, 0, BIG)
-    return t.tests
 
 
 def case_tests(valid: Json, invalid: Json) -> list[Json]:
@@ -255,6 +292,7 @@ def case_tests(valid: Json, invalid: Json) -> list[Json]:
 def schema_files() -> dict[str, bytes]:
     """Test files by name."""
     tileset, content, nav = _parts(SINGLE)
+    certificates, _ = proof_parts(in_a_box(HIDING, [])[0])
     fits = Case("", SINGLE, "made", "catches", near=("core/version",)).description()
     fails = Case("", SINGLE, "made", "catches", "core/version").description()
     tests: Iterator[tuple[str, list[Json]]] = iter(
@@ -263,6 +301,7 @@ def schema_files() -> dict[str, bytes]:
             ("content.3DTILES_nav", content_tests(content)),
             ("entry-tileset", tileset_tests(tileset)),
             ("nav", nav_tests(nav)),
+            ("certificates", certificate_tests(certificates)),
             ("case", case_tests(fits, fails)),
         )
     )

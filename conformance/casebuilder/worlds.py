@@ -68,6 +68,55 @@ SINGLE = World(
 )
 """One cell before a wall: the least tileset."""
 
+
+def _triangle(*corners: tuple[float, float, float]) -> Shape:
+    a, b, c = ((grid(x), grid(y), grid(z)) for x, y, z in corners)
+    return Shape(((a, b, c),), (a, b, c))
+
+
+SHEET = Object(0, (quad((-1, -1, 0.5), (-1, 1, 0.5), (-1, 1, 2), (-1, -1, 2)),))
+
+HIDING = replace(SINGLE, objects=(GROUND, WALL, SHEET))
+"""One cell before a wall that hides a sheet: the least tileset with something to prove."""
+
+PIERCED = replace(
+    HIDING,
+    objects=(*HIDING.objects, Object(0, box_shapes((-1.25, -0.25, 1), (-0.75, 0.25, 1.5)), closed=True)),
+)
+"""The same with a post through the sheet, which the wall hides as well."""
+
+LOOSE = replace(
+    SINGLE,
+    objects=(
+        GROUND,
+        WALL,
+        Object(0, (quad((-1, -1, 0.5), (-2, 1, 0.5), (-2, 1, 2), (-1, -1, 2)),)),
+        Object(0, (_triangle((-3, -0.25, 0.75), (-2.375, 1.875, 2), (-2.75, 0.5, 1.75)),)),
+        Object(0, (_triangle((-2, 0.125, 0.75), (-1.375, -0.625, 3.625), (-2.75, 1, 1.125)),)),
+        Object(0, (_triangle((-1.125, -1.5, 0.875), (-2.5, -0.375, 2.375), (-0.5, 1.25, 3.625)),)),
+    ),
+)
+"""One cell before a wall that hides a slanted sheet and three loose triangles. No segment from the cell to
+the first face of the sheet meets an edge of them. Each has an edge for which there is one reason alone: it
+is beside all segments, or behind the plane of that face, or all segments pass its line on one side."""
+
+CONTACT = replace(HIDING, clearance=0.0, cells=(box_cell((0, -1, 0.5), (3, 1, 2)),))
+"""The same with a cell that touches the wall."""
+
+FUSED = World(
+    (
+        GROUND,
+        Object(0, (quad((0, -2, 1.125), (0, 2, 1.125), (0, 2, 3), (0, -2, 3)),)),
+        Object(0, (quad((-1, -2, 0.5), (-1, 2, 0.5), (-1, 2, 2), (-1, -2, 2)),)),
+        Object(0, (quad((-3, -0.5, 1), (-3, 0.5, 1), (-3, 0.5, 2), (-3, -0.5, 2)),)),
+        Object(0, (_triangle((4, -0.5, 1.5), (4, 0.5, 0.5), (4, 0.5, 2.5)),)),
+    ),
+    (box_cell((1, -1, 0.5), (3, 1, 2.5)), box_cell((-2.5, -1, 1), (-2, 1, 2))),
+)
+"""Two walls, the high one in front of the low one, that hide something only together: a sheet from the first
+cell, whose upper half the high wall screens and whose lower half the low one; and a triangle from the second
+cell, the upper half of which is behind the high wall and the lower half behind the low one."""
+
 TWO_SECTORS = replace(RING, sector_sizes=(3, 2))
 
 SLANT = (0.6, 0.0, 0.8)

@@ -57,13 +57,14 @@ def instances_of(case: Path) -> Iterator[tuple[str, Any]]:
             if nav is not None:
                 yield "tileset.3DTILES_nav.schema.json", nav
             yield from (("content.3DTILES_nav.schema.json", one) for one in contents_of(value.get("root")))
-    for path in sorted(case.rglob("*.nav")):
+    kinds = {".nav": "nav.schema.json", ".cert": "certificates.schema.json"}
+    for path in sorted(p for p in case.rglob("*") if p.suffix in kinds):
         data = path.read_bytes()
         if len(data) < NAV_HEADER.size:
             continue
         json_length = NAV_HEADER.unpack_from(data)[2]
         try:
-            yield "nav.schema.json", parse(data[NAV_HEADER.size : NAV_HEADER.size + json_length])
+            yield kinds[path.suffix], parse(data[NAV_HEADER.size : NAV_HEADER.size + json_length])
         except (ValueError, RecursionError):
             continue
 

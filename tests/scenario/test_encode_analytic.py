@@ -14,6 +14,7 @@ import trimesh
 
 from tilesnav_ref.cli import main
 from tilesnav_ref.scene.analytic import SCENES
+from tilesnav_ref.stream.figures import figures
 from tilesnav_ref.stream.reader import open_tileset
 from tilesnav_ref.stream.state import apply_delta
 
@@ -69,12 +70,25 @@ def verdict(out: Path) -> dict[str, Any]:
     return report
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_the_validator_finds_nothing(tmp_path: Path, name: str) -> None:
-    report = verdict(encode_scene(name, tmp_path, *CASES[name]))
+def test_the_validator_finds_nothing(tmp_path: Path) -> None:
+    report = verdict(encode_scene("box_in_room", tmp_path, *CASES["box_in_room"]))
     verdicts = {one["id"]: one["verdict"] for one in report["requirements"]}
     assert set(verdicts.values()) == {"pass", "not refuted"}, verdicts
     assert report["verdict"] == "valid"
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_validator_accepts_every_certificate(tmp_path: Path, name: str) -> None:
+    out = encode_scene(name, tmp_path, "--certificates", *CASES[name])
+    report = verdict(out)
+    verdicts = {one["id"]: one["verdict"] for one in report["requirements"]}
+    assert verdicts.pop("pvs/conservative") == "proved"
+    assert set(verdicts.values()) == {"pass"}, verdicts
+    assert report["verdict"] == "valid"
+    sizes = figures(open_tileset(out))["bytes"]
+    assert sizes["certificates"] == sum(path.stat().st_size for path in out.glob("nav/*.cert")) > 0
+    others = [p for p in out.rglob("*") if p.is_file() and p.name != "encode-report.json"]
+    assert sizes["total"] == sum(path.stat().st_size for path in others)
 
 
 def test_a_long_random_walk_over_the_deltas(tmp_path: Path) -> None:

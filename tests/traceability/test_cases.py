@@ -50,8 +50,20 @@ def test_only_sampling_ends_with_not_refuted() -> None:
     for case in VALID:
         result = verdict(case)
         assert result is not None
-        not_refuted = {j.requirement.id for j in result.judgements if j.verdict == "not refuted"}
-        assert not_refuted == {name for name, row in registry().items() if row["checked_by"] == "sampling"}
+        searched = {j.requirement.id for j in result.judgements if j.verdict in {"not refuted", "proved"}}
+        assert searched == {name for name, row in registry().items() if row["checked_by"] == "sampling"}
+
+
+def test_what_every_sector_has_certificates_for_is_proved() -> None:
+    proved = set()
+    for case in VALID:
+        result = verdict(case)
+        assert result is not None
+        with_certificates = len(result.subject.certificate_files)
+        found = {j.requirement.id: j.verdict for j in result.judgements}["pvs/conservative"]
+        assert (found == "proved") == (with_certificates == len(result.subject.sectors)), case.name
+        proved |= {case.name} if found == "proved" else set()
+    assert {"valid/one-cell-proved", "valid/fused-proofs", "valid/nothing-to-prove"} <= proved
 
 
 @pytest.mark.parametrize("case", INVALID, ids=name_of)

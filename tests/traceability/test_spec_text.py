@@ -20,6 +20,7 @@ SCHEMA_OF = {
     "tileset": "entry-tileset.schema.json",
     "content": "content.3DTILES_nav.schema.json",
     "nav": "nav.schema.json",
+    "certificates": "certificates.schema.json",
     "case": "case.schema.json",
 }
 
@@ -81,14 +82,18 @@ def test_links_within_the_page_lead_somewhere() -> None:
     assert set(re.findall(r"\]\(#([^)]+)\)", text)) - anchors == set()
 
 
-def test_every_table_of_a_nav_file_is_described() -> None:
-    nav = schemas()["nav.schema.json"]["properties"]
+def test_every_table_of_a_container_is_described() -> None:
+    groups = {
+        **schemas()["nav.schema.json"]["properties"],
+        **schemas()["certificates.schema.json"]["properties"],
+    }
     tables = {
         f"{group}.{member}"
-        for group in ("cells", "portals", "pvs", "lod", "deltas")
-        for member, value in nav[group]["properties"].items()
+        for group in ("cells", "portals", "pvs", "lod", "deltas", "certificates")
+        for member, value in groups[group]["properties"].items()
         if value["$ref"].endswith("bufferViewIndex")
     }
-    described = re.findall(r"^\| `([a-z]+\.[a-zA-Z]+)` \| (?:FLOAT64|UINT32|UINT8) \|", SPEC, re.MULTILINE)
+    types = "FLOAT64|UINT32|UINT8|INT32"
+    described = re.findall(rf"^\| `([a-z]+\.[a-zA-Z]+)` \| (?:{types}) \|", SPEC, re.MULTILINE)
     assert set(described) == tables
     assert len(described) == len(tables)

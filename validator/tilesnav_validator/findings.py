@@ -25,12 +25,16 @@ class Settings:
         Number of threads that cast rays. Results do not depend on it.
     lod_pairs : int
         Most pairs of a cell and a face that the LOD checks look at; beyond, a seeded choice of cells.
+    proof_pairs : int
+        Most pairs of a leaf and a face of its occluder, and of a use and a target, that are looked at in one
+        certificate file; a short file may ask for more than anyone has time for.
     """
 
     rays: int = 1_000_000
     seed: int = 0
     threads: int = 2
     lod_pairs: int = 4_000_000
+    proof_pairs: int = 2**31
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,5 @@
-"""The container of a sector: header, JSON part, binary part, tables. Bounds come before everything."""
+"""Containers, those of nav files above all: header, JSON part, binary part, tables. Bounds come before
+everything."""
 
 from __future__ import annotations
 
@@ -15,7 +16,6 @@ from tilesnav_validator import strictjson
 from tilesnav_validator.findings import Finding
 
 HEADER = struct.Struct("<4sIQQ")
-MAGIC = b"nav1"
 _JSON_PADDING = re.compile(rb"(\r?\n)? *")
 """A line end is part of the JSON text; only spaces may follow it."""
 ALIGNMENT = 8
@@ -84,8 +84,34 @@ _COUNTS = {
 }
 
 
+@dataclass(frozen=True)
+class Layout:
+    """What tells one kind of container from another.
+
+    Attributes
+    ----------
+    magic : bytes
+        The first four bytes.
+    tables : dict
+        Tables by group and member.
+    ragged : dict
+        Tables of offsets, with the name of the number that they end with.
+    counts : dict
+        Group and member of the JSON part that state a number of elements.
+    """
+
+    magic: bytes
+    tables: dict[str, TableType]
+    ragged: dict[str, str]
+    counts: dict[str, tuple[str, str]]
+
+
+NAV = Layout(b"nav1", TABLES, RAGGED, _COUNTS)
+
+
 class NavFile:
-    """A nav file in memory. Later members may be used only after the checks of earlier ones.
+    """A nav file, or another container, in memory. Later members may be used only after the checks of
+    earlier ones.
 
     Parameters
     ----------
@@ -93,11 +119,14 @@ class NavFile:
         Its uri, for findings.
     data : memoryview
         The whole file.
+    layout : Layout
+        Which kind of container it is said to be.
     """
 
-    def __init__(self, name: str, data: memoryview) -> None:
+    def __init__(self, name: str, data: memoryview, layout: Layout = NAV) -> None:
         self.name = name
         self.data = data
+        self.layout = layout
         self.json: Any = None
 
     @property
@@ -115,8 +144,8 @@ class NavFile:
         if len(self.data) < HEADER.size:
             return Finding(self.name, f"{len(self.data)} bytes", f"at least {HEADER.size} bytes")
         magic, version, json_bytes, binary_bytes = HEADER.unpack_from(self.data)
-        if magic != MAGIC:
-            return Finding(f"{self.name} byte 0", f"magic {magic!r}", f"{MAGIC!r}")
+        if magic != self.layout.magic:
+            return Finding(f"{self.name} byte 0", f"magic {magic!r}", f"{self.layout.magic!r}")
         if version != 1:
             return Finding(f"{self.name} byte 4", f"version {version}", "1")
         if HEADER.size + json_bytes + binary_bytes != len(self.data):
@@ -156,8 +185,8 @@ class NavFile:
                 yield Finding(f"{self.name} byte {start + end}", f"padding {padding.hex()}", "zero bytes")
 
     def count(self, name: str) -> int:
-        """Number of elements by its name in ``TABLES``; a name with ``+1`` is one more."""
-        group, member = _COUNTS[name.removesuffix("+1")]
+        """Number of elements by its name in the layout; a name with ``+1`` is one more."""
+        group, member = self.layout.counts[name.removesuffix("+1")]
         return int(self.json[group][member]) + name.endswith("+1")
 
     def view_of(self, table: str) -> int:
@@ -172,7 +201,7 @@ class NavFile:
 
     def table(self, name: str) -> NDArray[Any]:
         """Elements of a table, without a copy; only after the checks of views and lengths."""
-        kind = TABLES[name]
+        kind = self.layout.tables[name]
         offset, length = self.view(self.view_of(name))
         start = HEADER.size + self.json_bytes + offset
         flat = np.frombuffer(self.data[start : start + length], dtype=kind.dtype)

@@ -16,7 +16,7 @@ from tilesnav_validator.exact import Candidate
 from tilesnav_validator.polyhedra import Polyhedra
 from tilesnav_validator.ragged import take
 from tilesnav_validator.rayscene import RayScene
-from tilesnav_validator.subject import Faces
+from tilesnav_validator.subject import Faces, position_numbers
 from tilesnav_validator.tables import Ragged
 
 Float32Array = NDArray[np.float32]
@@ -281,13 +281,10 @@ class Caster:
 
 def _incidence(grid: IntArray) -> tuple[IntArray, Ragged]:
     """Numbers of the corners of each triangle, shape (f, 3), and the triangles around each corner."""
-    limit = 2**23
-    x, y, z = (grid.reshape(-1, 3) + limit).T
-    _, first = np.unique((x << 24) | y, return_inverse=True)  # two keys, as three times 24 bits do not fit 64
-    _, corner = np.unique((first.astype(np.int64) << 24) | z, return_inverse=True)
+    corner = position_numbers(grid).ravel()
     order = np.argsort(corner, kind="stable")
     offsets = np.concatenate([[0], np.cumsum(np.bincount(corner))]).astype(np.int64)
-    return corner.astype(np.int64).reshape(-1, 3), Ragged(offsets, order // 3)
+    return corner.reshape(-1, 3), Ragged(offsets, order // 3)
 
 
 def _directions(random: np.random.Generator, count: int) -> Float32Array:

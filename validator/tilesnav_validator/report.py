@@ -30,7 +30,14 @@ def as_json(result: Result, path: Path) -> dict[str, Any]:
         "tolerances": _tolerances(result),
         "requirements": [_requirement(judgement) for judgement in result.judgements],
         "seconds": {stage: round(seconds, 4) for stage, seconds in result.seconds.items()},
-    } | ({"search": result.subject.search} if result.subject.search else {})
+    } | _found(result)
+
+
+def _found(result: Result) -> dict[str, Any]:
+    """What the search and the certificates brought, as far as there were any."""
+    subject = result.subject
+    found = {"search": subject.search, "certificates": subject.proof if "files" in subject.proof else {}}
+    return {name: value for name, value in found.items() if value}
 
 
 def _tolerances(result: Result) -> dict[str, float]:
@@ -72,13 +79,20 @@ def as_text(result: Result, path: Path) -> Iterator[str]:
             yield f"             and {judgement.count - len(judgement.findings)} more"
     if result.subject.search:
         yield result.subject.search["statement"]
+    if "files" in result.subject.proof:
+        yield _proof(result.subject.proof)
     seconds = ", ".join(f"{stage} {value:.2f} s" for stage, value in result.seconds.items())
     yield f"time: {seconds}"
-    counts = dict.fromkeys(("pass", "not refuted", "not run", "fail"), 0)
+    counts = dict.fromkeys(("pass", "proved", "not refuted", "not run", "fail"), 0)
     for judgement in result.judgements:
         counts[judgement.verdict] += 1
     summary = ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count)
     yield f"{path}: {_verdict(result)} ({summary})"
+
+
+def _proof(proof: dict[str, Any]) -> str:
+    numbers = (f"{proof[name]} {name}" for name in ("files", "certificates", "leaves", "bytes"))
+    return f"certificates: {', '.join(numbers)}, checked in {proof['seconds']:.2f} s"
 
 
 def _verdict(result: Result) -> str:

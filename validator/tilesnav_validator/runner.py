@@ -12,8 +12,10 @@ from typing import cast
 import numpy as np
 
 from tilesnav_validator import schemarules, strictjson
-from tilesnav_validator.checks import Registered, registered
+from tilesnav_validator.checks import Registered, certificates, registered
+from tilesnav_validator.checks.conservative import NO_RAYS
 from tilesnav_validator.findings import Finding, Findings, NotRefuted, NotRun, Settings
+from tilesnav_validator.navfile import NavFile
 from tilesnav_validator.registry import REGISTRY, STAGES, Requirement
 from tilesnav_validator.subject import Subject
 from tilesnav_validator.tiles import EXTENSION
@@ -31,7 +33,7 @@ class Judgement:
     Attributes
     ----------
     verdict : str
-        ``pass``, ``fail``, ``not run`` or ``not refuted``.
+        ``pass``, ``fail``, ``not run``, ``not refuted`` or ``proved``.
     note : str
         Why it was not run, or the size of the search.
     findings : list of Finding
@@ -100,6 +102,7 @@ def judge(path: Path, settings: Settings) -> Result:
             run.judge(REGISTRY[identifier])
             seconds[REGISTRY[identifier].stage] += time.perf_counter() - started
             _log.debug("%s: %s", identifier, run.done[identifier].verdict)
+        run.prove()
     return Result(subject, [run.done[identifier] for identifier in REGISTRY], seconds)
 
 
@@ -157,7 +160,10 @@ class _Run:
 
     def _findings(self, requirement: Requirement) -> Findings:
         if requirement.id == "container/json":
-            self._read_nav_files()
+            self._read_json("container/json", self.subject.sectors, "nav.schema.json")
+        if requirement.id == "certificate/container":
+            files = [file for file in self.subject.certificate_files.values() if not file.header_fault()]
+            self._read_json("certificate/container", files, "certificates.schema.json")
         found = self.schema_errors.pop(requirement.id, [])
         yield from found
         if requirement.checked_by == "schema" or found:
@@ -174,19 +180,35 @@ class _Run:
             node = node[name]
         return None
 
-    def _read_nav_files(self) -> None:
-        for sector in self.subject.sectors:
+    def _read_json(self, requirement: str, files: list[NavFile], name: str) -> None:
+        """Parse the JSON parts of containers and judge them by a schema."""
+        for file in files:
             try:
-                sector.parse()
+                file.parse()
             except strictjson.JsonError as error:
-                self.schema_errors["container/json"].append(
-                    Finding(f"{sector.name} JSON part", str(error), "JSON")
-                )
+                finding = Finding(f"{file.name} JSON part", str(error), "JSON")
+                self.schema_errors[requirement].append(finding)
             else:
-                self._validate(sector.json, "nav.schema.json", f"{sector.name}#")
+                self._validate(file.json, name, f"{file.name}#")
+
+    def prove(self) -> None:
+        """Let the certificates decide whether the sets are conservative, where rays found nothing against
+        them."""
+        judged = self.done["pvs/conservative"]
+        searched = judged.verdict == "not refuted"
+        if not searched and judged.note != NO_RAYS:
+            return
+        if any(self.done[identifier].verdict != "pass" for identifier in certificates.IDS):
+            return
+        if len(self.subject.certificate_files) < len(self.subject.sectors):
+            return
+        judged.verdict = "proved"
+        proof = self.subject.proof
+        said = f"{proof['certificates']} certificates with {proof['leaves']} leaves"
+        judged.note = f"{said}; {judged.note}"
 
 
-_GOOD = ("pass", "not refuted")
+_GOOD = ("pass", "not refuted", "proved")
 
 _MEMBERS = {
     "core/version": "version",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_validator import glb, lodjudge, polyhedra, strictjson, tables, tiles
+from tilesnav_validator import certfile, glb, lodjudge, polyhedra, strictjson, tables, tiles
 from tilesnav_validator.files import FileError, Folder, UriOutsideError, open_file
 from tilesnav_validator.findings import Finding, Settings, UnreadableInputError
 from tilesnav_validator.navfile import NavFile
@@ -20,6 +21,14 @@ TOLERANCE_IN_STEPS = 2.0**-6
 """Tolerance of geometric tests in grid steps. float64 planes within 2^13 m of the origin are off by less
 than 2^-39 m; with the smallest step, 2^-20 m, this is 2^13 times more, and it is far below the step
 itself."""
+
+
+def position_numbers(grid: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Number the positions of corners, equal ones alike: shape (f, 3), from grid steps, shape (f, 3, 3)."""
+    x, y, z = (grid.reshape(-1, 3) + 2**23).T
+    _, first = np.unique((x << 24) | y, return_inverse=True)  # two keys, as three times 24 bits do not fit 64
+    _, number = np.unique((first.astype(np.int64) << 24) | z, return_inverse=True)
+    return number.astype(np.int64).reshape(-1, 3)
 
 
 @dataclass(frozen=True)
@@ -62,6 +71,11 @@ class Faces:
         """Faces that are seen from their front only, shape (f,)."""
         return np.isin(self.objects, self.one_sided_objects)
 
+    @cached_property
+    def corner_numbers(self) -> NDArray[np.int64]:
+        """For each corner of each face the number of its position, shape (f, 3)."""
+        return position_numbers(self.grid)
+
 
 class Subject:
     """A tileset and what has been read of it.
@@ -90,6 +104,7 @@ class Subject:
         self.walk = tiles.walk(self.folder, (real.name,), self.entry)
         self._unsound_cells: set[int] = set()
         self.search: dict[str, Any] = {}
+        self.proof: dict[str, Any] = {}
 
     @property
     def nav(self) -> dict[str, Any]:
@@ -114,26 +129,59 @@ class Subject:
     @cached_property
     def sector_faults(self) -> dict[str, list[Finding]]:
         """Faults of opening the sectors, by requirement; filled by ``sectors``."""
-        return {"core/uri-inside": [], "core/sector-resolves": []}
+        return {"core/uri-inside": [], "core/sector-resolves": [], "certificate/file-resolves": []}
 
     @cached_property
     def sectors(self) -> list[NavFile]:
         """The nav files that could be opened, in the order of the list."""
         opened = []
         for index, sector in enumerate(self.nav["sectors"]):
-            where, uri = f"{self.entry_name}#/extensions/{tiles.EXTENSION}/sectors/{index}/uri", sector["uri"]
-            try:
-                place = self.folder.resolve((), uri)
-                opened.append(NavFile("/".join(place), open_file(self.folder.path(place))))
-            except UriOutsideError as error:
-                allowed = "a relative reference inside the folder of the entry tileset"
-                self.sector_faults["core/uri-inside"].append(
-                    Finding(where, f"{uri[:200]!r} {error}", allowed)
-                )
-            except FileError as error:
-                finding = Finding(where, f"{uri[:200]!r}: {error}", "a readable file")
-                self.sector_faults["core/sector-resolves"].append(finding)
+            found = self._open(sector["uri"], f"sectors/{index}/uri", "core/sector-resolves")
+            if found:
+                opened.append(NavFile(*found))
         return opened
+
+    @cached_property
+    def certificate_files(self) -> dict[int, NavFile]:
+        """The certificate files that could be opened and have their digest, by the number of the sector."""
+        opened = {}
+        for index, sector in enumerate(self.nav["sectors"]):
+            if "certificates" not in sector:
+                continue
+            uri, stated = sector["certificates"]["uri"], sector["certificates"]["sha256"]
+            place = f"sectors/{index}/certificates"
+            found = self._open(uri, f"{place}/uri", "certificate/file-resolves")
+            if found:
+                digest = hashlib.sha256(found[1]).hexdigest()
+                if digest == stated:
+                    opened[index] = NavFile(*found, certfile.CERT)
+                else:
+                    self.sector_faults["certificate/file-resolves"].append(
+                        Finding(self._where(f"{place}/sha256"), stated[:80], digest)
+                    )
+        return opened
+
+    @cached_property
+    def certificates(self) -> dict[int, certfile.Certificates]:
+        """Certificates by the number of the sector; only after the check of their containers."""
+        return {index: certfile.read(file) for index, file in self.certificate_files.items()}
+
+    def _where(self, pointer: str) -> str:
+        return f"{self.entry_name}#/extensions/{tiles.EXTENSION}/{pointer}"
+
+    def _open(self, uri: str, pointer: str, requirement: str) -> tuple[str, memoryview] | None:
+        """Name and bytes of a file of a sector; None, and a fault noted, where it cannot be opened."""
+        try:
+            place = self.folder.resolve((), uri)
+            return "/".join(place), open_file(self.folder.path(place))
+        except UriOutsideError as error:
+            allowed = "a relative reference inside the folder of the entry tileset"
+            finding = Finding(self._where(pointer), f"{uri[:200]!r} {error}", allowed)
+            self.sector_faults["core/uri-inside"].append(finding)
+        except FileError as error:
+            finding = Finding(self._where(pointer), f"{uri[:200]!r}: {error}", "a readable file")
+            self.sector_faults[requirement].append(finding)
+        return None
 
     @cached_property
     def finest(self) -> list[tiles.Content]:

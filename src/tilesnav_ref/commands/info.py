@@ -62,7 +62,8 @@ def _limits(figures: dict[str, Any]) -> list[tuple[str, str]]:
 def _bytes(sizes: dict[str, Any]) -> Table:
     table = _table("part", "bytes")
     parts = {"contents": sizes["contents"], **{f"nav {group}": n for group, n in sizes["nav"].items()}}
-    for part, size in {**parts, "tileset.json": sizes["json"], "total": sizes["total"]}.items():
+    proofs = {"certificates": sizes["certificates"]} if sizes["certificates"] else {}
+    for part, size in {**parts, **proofs, "tileset.json": sizes["json"], "total": sizes["total"]}.items():
         table.add_row(part, f"{size:,}")
     return table
 

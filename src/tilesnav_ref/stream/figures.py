@@ -82,8 +82,10 @@ def _bytes(tileset: NavTileset) -> Figures:
     # Headers, JSON parts and padding.
     nav["other"] = files - sum(nav.values())
     contents = sum(content.path.stat().st_size for content in tileset.contents)
+    proofs = sum(path.stat().st_size for path in tileset.certificates)
     json_bytes = tileset.path.stat().st_size
-    return {"contents": contents, "nav": nav, "json": json_bytes, "total": contents + files + json_bytes}
+    total = contents + files + proofs + json_bytes
+    return {"contents": contents, "nav": nav, "certificates": proofs, "json": json_bytes, "total": total}
 
 
 def _run_report(path: Path) -> Figures:

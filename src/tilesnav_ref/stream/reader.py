@@ -40,6 +40,8 @@ class NavTileset:
     contents: tuple[ContentRef, ...]
     max_range: float | None = None
     """Metres within which a face counts as visible; None for any distance."""
+    certificates: tuple[Path, ...] = ()
+    """Certificate files, of the sectors that have one."""
 
     @property
     def porous_objects(self) -> NDArray[np.int64]:
@@ -162,6 +164,11 @@ def open_tileset(place: Path) -> NavTileset:
         sectors=_open_sectors(entry, root, limits),
         contents=contents,
         max_range=_max_range(entry),
+        certificates=tuple(
+            resolve_uri(stated.fields("certificates"), root, root)
+            for stated in entry.list_of_fields("sectors")
+            if stated.has("certificates")
+        ),
     )
 
 

@@ -59,6 +59,8 @@ class Workspace(NamedTuple):
     """(depth,) number of cuts above each waiting pair."""
     record: Record
     """Proofs that were found."""
+    success: NDArray[np.int64]
+    """(F + 1,) for each face the number of the last proof that grew from it; the number of proofs so far."""
 
 
 class Budget(NamedTuple):
@@ -85,6 +87,7 @@ def make_workspace(geometry: Geometry, occluder_limit: int, depth: int, record: 
         np.zeros((size, 3, 3)),
         np.zeros(size, np.int64),
         make_record(record),
+        np.zeros(len(geometry.corners) + 1, np.int64),
     )
 
 
@@ -107,13 +110,35 @@ def _attempt(geometry, work, obstacle, segment, how):  # type: ignore[no-untyped
     """
     near_cell, stop_at_silhouettes = how
     number = crossings(geometry, segment[0], segment[1], obstacle.face, work.crossing)
+    seeds = work.crossing[:number] if near_cell else work.crossing[:number][::-1]
+    best = _most_recent(seeds, work.success)
+    work.flood.failed[-1] += 1
     reason = DEGENERATE
-    for i in range(number):
-        seed = work.crossing[i if near_cell else number - 1 - i]
+    for i in range(-1, number):
+        if i == best or (i < 0 and best < 0):
+            continue
+        seed = seeds[best if i < 0 else i]
+        if work.flood.failed[seed] == work.flood.failed[-1]:
+            continue
         reason = prove_hidden(geometry, work, obstacle, seed, segment, stop_at_silhouettes)
         if reason == PROVED:
+            work.success[-1] += 1
+            work.success[seed] = work.success[-1]
             return reason
     return reason
+
+
+@kernel
+def _most_recent(seeds, success):  # type: ignore[no-untyped-def]
+    """Position of the seed from which the latest proof grew, -1 when none has grown from any of them.
+
+    What hides one target hides its neighbours, and those are treated one after the other.
+    """
+    best, latest = -1, 0
+    for i in range(len(seeds)):
+        if success[seeds[i]] > latest:
+            best, latest = i, success[seeds[i]]
+    return best
 
 
 @kernel

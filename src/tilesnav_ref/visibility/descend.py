@@ -15,6 +15,13 @@ from tilesnav_ref.visibility.certify import (
 from tilesnav_ref.visibility.record import begin, finish, put_leaf
 from tilesnav_ref.visibility.sight import STACK
 
+CREDIT = 16
+"""Failures in a row after which targets are passed over."""
+GAIN = 4
+"""Failures that a success makes up for."""
+PASS = 15
+"""Targets passed over before the next is tried."""
+
 
 @kernel
 def count_below(geometry, flags):  # type: ignore[no-untyped-def]
@@ -52,26 +59,56 @@ def _node_is_hidden(geometry, work, cell, node):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def worth_trying(credit):  # type: ignore[no-untyped-def]
+    """Whether to try the next target of a row; after many failures only one of some is tried.
+
+    `credit` is what is left of the failures that are allowed in a row or, below 0, minus the number of
+    targets that are still to be passed over.
+    """
+    if credit[0] < 0:
+        credit[0] += 1
+        return False
+    return True
+
+
+@kernel
+def account(credit, success):  # type: ignore[no-untyped-def]
+    """Keep the credit of a row of targets after a try."""
+    if success:
+        credit[0] = min(credit[0] + GAIN, CREDIT)
+    elif credit[0] > 0:
+        credit[0] -= 1
+    else:
+        credit[0] = -PASS
+
+
+@kernel
 def cull(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-def]
     """Clear `alive` (F,) for faces below nodes that are hidden from the box `cell` (2, 3).
 
-    Nodes with a face of `proven` (F,) below are not tried.
+    Nodes with a face of `proven` (F,) below are not tried, nor are most of those that follow upon many
+    failures at the same depth: neighbours come one after the other.
     """
     visible = count_below(geometry, proven)
     waiting = count_below(geometry, alive)
-    stack = np.empty(STACK, np.int32)
-    stack[0] = 0
+    credit = np.full((STACK, 1), CREDIT)
+    stack = np.empty((STACK, 2), np.int32)
+    stack[0, 0], stack[0, 1] = 0, 0
     top = 1
     while top > 0:
         top -= 1
-        node = stack[top]
+        node, depth = stack[top]
         if waiting[node] == 0:
             continue
-        if visible[node] == 0 and _node_is_hidden(geometry, work, cell, node):
-            _hide_below(geometry, node, alive)
-        elif geometry.box_child[node] >= 0:
-            stack[top] = geometry.box_child[node]
-            stack[top + 1] = geometry.box_child[node] + 1
+        if visible[node] == 0 and worth_trying(credit[depth]):
+            hidden = _node_is_hidden(geometry, work, cell, node)
+            account(credit[depth], hidden)
+            if hidden:
+                _hide_below(geometry, node, alive)
+                continue
+        if geometry.box_child[node] >= 0:
+            for k in range(2):
+                stack[top + k, 0], stack[top + k, 1] = geometry.box_child[node] + k, depth + 1
             top += 2
 
 
@@ -79,12 +116,15 @@ def cull(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-def]
 def cull_faces(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-def]
     """Clear `alive` (F,) for faces that one attempt each proves hidden from the box `cell` (2, 3).
 
-    Faces of `proven` (F,) are not tried.
+    Faces of `proven` (F,) are not tried, nor are most of those that follow upon many failures.
     """
+    credit = np.full(1, CREDIT)
     for k in range(len(geometry.face_order)):
         face = geometry.face_order[k]
-        if alive[face] and not proven[face] and face_is_hidden(geometry, work, cell, face):
-            alive[face] = False
+        if alive[face] and not proven[face] and worth_trying(credit):
+            hidden = face_is_hidden(geometry, work, cell, face)
+            account(credit, hidden)
+            alive[face] = not hidden
 
 
 @kernel

@@ -42,7 +42,7 @@ Progress = Callable[[int, int], None]
 
 FIRST_WORDS = 1 << 20
 """Words for the proofs of one call, to begin with."""
-LEVELS = 2
+LEVELS = 3
 """Blocks are treated on every such level of their tree, and single cells always."""
 DECISION = 8
 """Weight of deciding a cell in the progress, where a round of lines has weight 1."""
@@ -184,6 +184,7 @@ def _see_block(run: _Run, block: Block, proven: dict[int, NDArray[np.bool_]]) ->
         while True:
             found = _Sight()
             alive = np.ones(len(run.geometry.corners), np.bool_)
+            work.success[:] = 0
             _see(run, work, (block, alive, proven, 0), found)
             if not is_full(work.record):
                 return found

@@ -50,6 +50,8 @@ class Flood(NamedTuple):
     """(E,) an odd number of faces of M share the edge."""
     clear_mark: NDArray[np.int64]
     """(E,) the edge was shown to clear the shaft."""
+    failed: NDArray[np.int64]
+    """(F + 1,) the last group of attempts in which the face was in an M that failed; the present group."""
     faces: NDArray[np.int32]
     """(limit,) the faces of M."""
     edges: NDArray[np.int32]
@@ -67,6 +69,7 @@ def make_flood(geometry: Geometry, limit: int) -> Flood:
         np.zeros(edges, np.int64),
         np.zeros(edges, np.bool_),
         np.zeros(edges, np.int64),
+        np.zeros(faces + 1, np.int64),
         np.zeros(limit, np.int32),
         np.zeros(3 * limit + 3, np.int32),
         np.zeros(2, np.int64),
@@ -104,11 +107,20 @@ def prove_hidden(geometry, work, obstacle, seed, segment, stop_at_silhouettes): 
             continue
         face = _next_face(geometry, flood, obstacle, edge, (segment, stop_at_silhouettes))
         if face < 0:
-            return OPEN_EDGE
+            return _fail(flood, OPEN_EDGE)
         if flood.used[0] == len(flood.faces):
-            return TOO_LARGE
+            return _fail(flood, TOO_LARGE)
         _add(geometry, flood, face)
-    return _parity(geometry, flood, segment)
+    reason = _parity(geometry, flood, segment)
+    return reason if reason == PROVED else _fail(flood, reason)
+
+
+@kernel
+def _fail(flood, reason):  # type: ignore[no-untyped-def]
+    """Mark the faces of M: a flood from another of them would meet with the same failure."""
+    for k in range(flood.used[0]):
+        flood.failed[flood.faces[k]] = flood.failed[-1]
+    return reason
 
 
 @kernel

@@ -28,6 +28,7 @@ _MODULES = (
     "levels",
     "deltas",
     "conservative",
+    "certificates",
 )
 
 

@@ -12,6 +12,8 @@ from tilesnav_validator.checks.cells import FACES, NO_CELL
 from tilesnav_validator.findings import Finding, Findings, NotRefuted, NotRun
 from tilesnav_validator.subject import Subject
 
+NO_RAYS = "no rays asked for"
+
 ENOUGH = 100
 """Confirmed faces after which the search ends: the tileset is invalid, and its encoder has enough to look
 at."""
@@ -25,7 +27,7 @@ def conservative(subject: Subject) -> Findings:
     if not len(cells):
         return NO_CELL
     if not wanted:
-        return NotRun("no rays asked for")
+        return NotRun(NO_RAYS)
     caster = rays.Caster(
         subject.faces,
         subject.polyhedra,

@@ -9,7 +9,7 @@ import numpy as np
 
 from tilesnav_validator.checks import check
 from tilesnav_validator.findings import Finding
-from tilesnav_validator.navfile import ALIGNMENT, RAGGED, TABLES, NavFile
+from tilesnav_validator.navfile import ALIGNMENT, TABLES, NavFile
 from tilesnav_validator.subject import Subject
 from tilesnav_validator.tiles import EXTENSION
 
@@ -37,10 +37,11 @@ def padding(subject: Subject) -> Iterator[Finding]:
 def buffer_views(subject: Subject) -> Iterator[Finding]:
     """Bounds, alignment and overlap of the buffer views, and the length of the buffer."""
     for sector in subject.sectors:
-        yield from _buffer_views(sector)
+        yield from view_faults(sector)
 
 
-def _buffer_views(sector: NavFile) -> Iterator[Finding]:
+def view_faults(sector: NavFile) -> Iterator[Finding]:
+    """Faults of the buffer views of one container."""
     length = int(sector.json["buffers"][0]["byteLength"])
     if -(-length // ALIGNMENT) * ALIGNMENT != sector.binary_bytes:
         allowed = f"at most {ALIGNMENT - 1} less than {sector.binary_bytes}, the binary part"
@@ -70,20 +71,24 @@ def table_lengths(subject: Subject) -> Iterator[Finding]:
     """Every table has the length that its count calls for; that of the planes has a requirement of its
     own."""
     for sector in subject.sectors:
-        users: dict[int, str] = {}
-        for name, kind in TABLES.items():
-            where, view = f"{sector.name}#/{name}", sector.view_of(name)
-            if view >= len(sector.json["bufferViews"]):
-                yield Finding(
-                    where, str(view), f"less than {len(sector.json['bufferViews'])}, the number of views"
-                )
-            elif view in users:
-                yield Finding(where, f"buffer view {view}, that of {users[view]}", "a buffer view of its own")
-            elif name != "cells/planes":
-                wanted = sector.count(kind.count) * kind.item_bytes
-                if sector.view(view)[1] != wanted:
-                    yield Finding(where, f"{sector.view(view)[1]} bytes", f"{wanted} bytes")
-            users.setdefault(view, name)
+        yield from table_faults(sector)
+
+
+def table_faults(sector: NavFile) -> Iterator[Finding]:
+    """Faults of the views that the tables of one container refer to."""
+    users: dict[int, str] = {}
+    for name, kind in sector.layout.tables.items():
+        where, view = f"{sector.name}#/{name}", sector.view_of(name)
+        if view >= len(sector.json["bufferViews"]):
+            allowed = f"less than {len(sector.json['bufferViews'])}, the number of views"
+            yield Finding(where, str(view), allowed)
+        elif view in users:
+            yield Finding(where, f"buffer view {view}, that of {users[view]}", "a buffer view of its own")
+        elif name != "cells/planes":
+            wanted = sector.count(kind.count) * kind.item_bytes
+            if sector.view(view)[1] != wanted:
+                yield Finding(where, f"{sector.view(view)[1]} bytes", f"{wanted} bytes")
+        users.setdefault(view, name)
 
 
 @check("cell/exactly-six-planes", needs=("container/table-lengths",))
@@ -101,21 +106,23 @@ def exactly_six_planes(subject: Subject) -> Iterator[Finding]:
 def offsets(subject: Subject) -> Iterator[Finding]:
     """First, last and order of the offsets of ragged tables."""
     for sector in subject.sectors:
-        for name, elements in RAGGED.items():
-            values = sector.table(name).astype(np.int64)
-            where, total = f"{sector.name} {name}", sector.count(elements)
-            falls = np.flatnonzero(np.diff(values) < 0)
-            if values[0] != 0:
-                yield Finding(f"{where}[0]", str(values[0]), "0")
-            elif falls.size:
-                at = int(falls[0]) + 1
-                yield Finding(
-                    f"{where}[{at}]", f"{values[at]} after {values[at - 1]}", "not less than the one before"
-                )
-            elif values[-1] != total:
-                yield Finding(
-                    f"{where}[{len(values) - 1}]", str(values[-1]), f"{total}, the number of elements"
-                )
+        yield from offset_faults(sector)
+
+
+def offset_faults(sector: NavFile) -> Iterator[Finding]:
+    """Faults of the offsets of one container."""
+    for name, elements in sector.layout.ragged.items():
+        values = sector.table(name).astype(np.int64)
+        where, total = f"{sector.name} {name}", sector.count(elements)
+        falls = np.flatnonzero(np.diff(values) < 0)
+        if values[0] != 0:
+            yield Finding(f"{where}[0]", str(values[0]), "0")
+        elif falls.size:
+            at = int(falls[0]) + 1
+            measured = f"{values[at]} after {values[at - 1]}"
+            yield Finding(f"{where}[{at}]", measured, "not less than the one before")
+        elif values[-1] != total:
+            yield Finding(f"{where}[{len(values) - 1}]", str(values[-1]), f"{total}, the number of elements")
 
 
 @check("container/sector-counts", needs=("container/table-lengths",))
