@@ -47,7 +47,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(message, 1 if isinstance(error, NOT_ENCODABLE) else 2, debug)
     except (KeyboardInterrupt, Stopped) as stop:
         number = stop.number if isinstance(stop, Stopped) else signal.SIGINT
-        return _fail(f"stopped by {number.name}; nothing was left behind", 128 + number, debug)
+        kept = any(word.split("=")[0] == "--work" for word in given)
+        left = "the same command goes on with the finished work" if kept else "nothing was left behind"
+        return _fail(f"stopped by {number.name}; {left}", 128 + number, debug)
     except Exception as error:  # noqa: BLE001 - the one border where a defect becomes an exit status
         return _fail(f"internal error: {type(error).__name__}: {error} (--debug shows where)", 3, debug)
     return 0
@@ -69,7 +71,7 @@ def _encode(given: Namespace, request: StopRequest) -> None:
             request.check()
             show(stage, done, total)
 
-        encode(given.scene, given.out, settings, given.force, progress)
+        encode(given.scene, given.out, settings, given.force, progress, given.work)
     if not given.quiet:
         found = figures(open_tileset(given.out))
         with _closed_pipe_is_no_error():

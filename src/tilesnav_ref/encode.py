@@ -43,8 +43,25 @@ def encode(
     settings: EncodeSettings,
     force: bool = False,
     progress: StageProgress | None = None,
+    work: Path | None = None,
 ) -> dict[str, Any]:
-    """Make a tileset of a scene; `out` appears complete or not at all. Returns the report of the run."""
+    """Make a tileset of a scene; `out` appears complete or not at all.
+
+    Parameters
+    ----------
+    source : mesh file.
+    out : folder to make.
+    settings : of every stage.
+    force : whether an older tileset at `out` is replaced.
+    progress : called with the stage, its finished and all its steps.
+    work : folder where finished parts of the longest stage are kept for a run that is stopped; a later run
+        with the same input and settings goes on from there.
+
+    Returns
+    -------
+    dict
+        The report of the run.
+    """
     watch = Stopwatch(progress)
     with new_folder(out, force) as folder:
         with watch.stage("scene"):
@@ -52,7 +69,7 @@ def encode(
         with watch.stage("cells") as steps:
             cells = decompose(scene, settings.cells, steps)
         with watch.stage("visibility") as steps:
-            pvs = compute_pvs(scene, cells, settings.visibility, steps)
+            pvs = compute_pvs(scene, cells, settings.visibility, steps, work)
         with watch.stage("levels") as steps:
             lod = choose_levels(scene, cells, pvs, settings.lod, steps, settings.visibility.threads)
         with watch.stage("deltas"):

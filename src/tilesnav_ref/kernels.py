@@ -22,17 +22,22 @@ from numba import njit
 logger = logging.getLogger(__name__)
 
 
+def package_digest(package: Path) -> str:
+    """Digest of the source files in a package folder, in the order of their names."""
+    digest = hashlib.sha256()
+    for source in sorted(package.glob("*.py")):
+        digest.update(source.name.encode() + b"\0" + source.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
 @cache
 def cache_folder(package: Path) -> Path | None:
     """Folder for machine code of exactly the sources in `package`, or None when no folder can be written.
 
     ``NUMBA_CACHE_DIR`` or the user's cache folder (``XDG_CACHE_HOME``, else ``~/.cache``) is its parent.
     """
-    digest = hashlib.sha256()
-    for source in sorted(package.glob("*.py")):
-        digest.update(source.name.encode() + b"\0" + source.read_bytes() + b"\0")
     parent = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    folder = Path(parent) / "tilesnav" / f"{package.name}-{digest.hexdigest()[:16]}"
+    folder = Path(parent) / "tilesnav" / f"{package.name}-{package_digest(package)[:16]}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

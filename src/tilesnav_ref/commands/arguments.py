@@ -168,6 +168,12 @@ def _add_encode(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--threads", type=_integer(0), metavar="N", help="threads of each stage; 0: one for each processor"
     )
+    parser.add_argument(
+        "--work",
+        type=Path,
+        metavar="FOLDER",
+        help="keep finished work there until done, so that the same command goes on after it was stopped",
+    )
     _add_scene_options(parser.add_argument_group("scene"))
     _add_cell_options(parser.add_argument_group("cells"))
     _add_table_options(parser.add_argument_group("sets, levels and files"))

@@ -10,8 +10,9 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import repeat
+from pathlib import Path
 from queue import SimpleQueue
 from threading import Event
 
@@ -19,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.kernels import package_digest
 from tilesnav_ref.processors import thread_count
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility.blocks import Block, make_blocks, make_groups
@@ -26,9 +28,11 @@ from tilesnav_ref.visibility.certificates import Certificates, Proofs
 from tilesnav_ref.visibility.certify import REASONS, Budget, Workspace, make_workspace
 from tilesnav_ref.visibility.descend import cull, cull_faces, decide
 from tilesnav_ref.visibility.geometry import FineFrame, build_geometry, fine_frame, to_fine
+from tilesnav_ref.visibility.journal import Journal, digest_of
 from tilesnav_ref.visibility.limits import leave_out
 from tilesnav_ref.visibility.model import PvsTable
 from tilesnav_ref.visibility.record import is_full, take
+from tilesnav_ref.visibility.results import Seen, Sight, from_arrays, to_arrays
 from tilesnav_ref.visibility.sampling import RayCaster
 from tilesnav_ref.visibility.segments import RANDOM_MODULUS
 from tilesnav_ref.visibility.settings import VisibilitySettings
@@ -48,29 +52,13 @@ DECISION = 8
 """Weight of deciding a cell in the progress, where a round of lines has weight 1."""
 
 
-@dataclass(frozen=True)
-class _Seen:
-    """What was found out about one cell."""
-
-    faces: NDArray[np.uint32]
-    proven: NDArray[np.bool_]
-    reasons: NDArray[np.int64]
-
-
-class _Sight:
-    """What was found out about the cells of a block."""
-
-    def __init__(self) -> None:
-        self.cells: dict[int, _Seen] = {}
-        self.proofs: list[Proofs] = []
-
-
 class _Run:
     """One call of `compute_pvs`: what every thread shares, and the threads."""
 
     def __init__(
         self, scene: Scene, cells: CellComplex, settings: VisibilitySettings, progress: Progress
     ) -> None:
+        self.journal = Journal(None)
         self.frame = frame = _common_frame(scene, cells)
         self.settings = settings
         self.cells = cells
@@ -106,6 +94,7 @@ def compute_pvs(
     cells: CellComplex,
     settings: VisibilitySettings | None = None,
     progress: Progress | None = None,
+    work: Path | None = None,
 ) -> PvsTable:
     """Potentially visible set of every cell.
 
@@ -115,6 +104,8 @@ def compute_pvs(
     cells : box cells whose interiors meet no face.
     settings : amount of work; every choice is conservative.
     progress : called with finished and all steps.
+    work : folder where finished parts are kept until the table is complete. What a run that was stopped has
+        left there is taken over, if scene, cells, settings and program are the same.
 
     Returns
     -------
@@ -129,9 +120,11 @@ def compute_pvs(
     if cells.count == 0:
         return _gather([])
     run = _Run(scene, cells, settings, progress or _no_progress)
+    if work is not None:
+        run.journal = Journal(work, _digest(scene, cells, settings))
     groups = make_groups(run.boxes, np.arange(cells.count), max(1, settings.pairs // scene.face_count))
     logger.info("visibility: %d cells in %d groups, %d faces", cells.count, len(groups), scene.face_count)
-    found = _Sight()
+    found = Sight()
     with ThreadPoolExecutor(run.threads) as pool:
         try:
             for group in groups:
@@ -141,9 +134,18 @@ def compute_pvs(
             pool.shutdown(wait=True, cancel_futures=True)
             raise
     table = _gather([found.cells[i] for i in range(cells.count)])
+    run.journal.forget()
     if not settings.certificates:
         return table
     return replace(table, certificates=Certificates(run.frame, cells.count, found.proofs))
+
+
+def _digest(scene: Scene, cells: CellComplex, settings: VisibilitySettings) -> str:
+    """Digest of all that the table depends on."""
+    program = package_digest(Path(__file__).parent)
+    texts = (program, repr(replace(settings, threads=0)), str(scene.grid_exponent))
+    faces = (scene.vertices, scene.faces, scene.porous, scene.one_sided)
+    return digest_of((*texts, *faces, cells.lower, cells.upper, cells.portal_offsets, cells.portal_targets))
 
 
 def _no_progress(done: int, total: int) -> None:
@@ -157,7 +159,7 @@ def _common_frame(scene: Scene, cells: CellComplex) -> FineFrame:
     return fine_frame(low, high)
 
 
-def _see_group(run: _Run, pool: ThreadPoolExecutor, group: NDArray[np.int64], found: _Sight) -> None:
+def _see_group(run: _Run, pool: ThreadPoolExecutor, group: NDArray[np.int64], found: Sight) -> None:
     """Survey a group of cells (ascending numbers), then decide what the survey has not seen."""
 
     def each(work: Callable[[int], None], numbers: Iterable[int]) -> None:
@@ -169,7 +171,13 @@ def _see_group(run: _Run, pool: ThreadPoolExecutor, group: NDArray[np.int64], fo
             run.advance(1)
 
     survey = make_survey((run.geometry, run.caster), run.cells, run.boxes, group, run.settings)
-    run_survey(survey, each)
+    kept = run.journal.load(f"survey-{group[0]}")
+    if kept is None:
+        run_survey(survey, each)
+        run.journal.save(f"survey-{group[0]}", {"seen": np.packbits(survey.seen, axis=None)})
+    else:
+        survey.seen.flat[:] = np.unpackbits(np.asarray(kept["seen"], np.uint8), count=survey.seen.size)
+        run.advance(len(group) * (1 + run.settings.aimed_rounds))
     proven = {int(cell): survey.seen[row].view(np.bool_) for row, cell in enumerate(group)}
     blocks = make_blocks(run.boxes, group, run.settings.block_cells)
     for part in pool.map(_see_block, repeat(run), blocks, repeat(proven)):
@@ -178,11 +186,21 @@ def _see_group(run: _Run, pool: ThreadPoolExecutor, group: NDArray[np.int64], fo
         run.advance(DECISION * len(part.cells))
 
 
-def _see_block(run: _Run, block: Block, proven: dict[int, NDArray[np.bool_]]) -> _Sight:
+def _see_block(run: _Run, block: Block, proven: dict[int, NDArray[np.bool_]]) -> Sight:
+    name = f"block-{block.cells[0]}"
+    kept = run.journal.load(name)
+    if kept is not None:
+        return from_arrays(kept)
+    found = _work_on_block(run, block, proven)
+    run.journal.save(name, to_arrays(found))
+    return found
+
+
+def _work_on_block(run: _Run, block: Block, proven: dict[int, NDArray[np.bool_]]) -> Sight:
     work = run.spare.get()
     try:
         while True:
-            found = _Sight()
+            found = Sight()
             alive = np.ones(len(run.geometry.corners), np.bool_)
             work.success[:] = 0
             _see(run, work, (block, alive, proven, 0), found)
@@ -198,7 +216,7 @@ State = tuple[Block, NDArray[np.bool_], dict[int, NDArray[np.bool_]], int]
 """Block, faces that are not known to be hidden from it, faces seen from cells, level in the tree."""
 
 
-def _see(run: _Run, work: Workspace, state: State, found: _Sight) -> None:
+def _see(run: _Run, work: Workspace, state: State, found: Sight) -> None:
     """Cull the faces hidden from a block, then go on with its halves, and decide each single cell."""
     run.check_stop()
     block, alive, proven, level = state
@@ -219,7 +237,7 @@ def _see(run: _Run, work: Workspace, state: State, found: _Sight) -> None:
         _see(run, work, (half, alive, proven, level + 1), found)
 
 
-def _keep_proofs(work: Workspace, block: Block, found: _Sight) -> None:
+def _keep_proofs(work: Workspace, block: Block, found: Sight) -> None:
     if len(work.record.words) and not is_full(work.record):
         found.proofs.append(Proofs(block.cells, block.box, take(work.record)))
 
@@ -232,14 +250,14 @@ def _random_start(seed: int, block: Block) -> int:
 
 def _decide_cell(
     run: _Run, work: Workspace, cell: int, alive: NDArray[np.bool_], proven: NDArray[np.bool_]
-) -> _Seen:
+) -> Seen:
     reasons = np.zeros(len(REASONS), np.int64)
     decide(run.geometry, work, run.boxes[cell], (proven, alive, reasons), run.budget)
     faces = np.flatnonzero(alive).astype(np.uint32)
-    return _Seen(faces, proven[faces], reasons)
+    return Seen(faces, proven[faces], reasons)
 
 
-def _gather(seen: list[_Seen]) -> PvsTable:
+def _gather(seen: list[Seen]) -> PvsTable:
     offsets = np.zeros(len(seen) + 1, np.int64)
     np.cumsum([len(s.faces) for s in seen], out=offsets[1:])
     reasons = np.sum([s.reasons for s in seen], axis=0) if seen else np.zeros(len(REASONS), np.int64)
