@@ -15,7 +15,7 @@ from tilesnav_ref.tileset.model import NavMap, TilesetSettings
 from tilesnav_ref.tileset.provenance import make_provenance
 from tilesnav_ref.tileset.run_report import StageProgress, Stopwatch, run_report, write_report
 from tilesnav_ref.tileset.write import write_tileset
-from tilesnav_ref.visibility import VisibilitySettings, compute_pvs
+from tilesnav_ref.visibility import VisibilitySettings, compute_pvs, forget_work
 
 
 @dataclass(frozen=True)
@@ -80,4 +80,6 @@ def encode(
             write_tileset(folder, nav_map, planes(cells, scene.step), settings.tileset)
         report = run_report(watch)
         write_report(folder, report)
+    if work is not None:
+        forget_work(scene, cells, settings.visibility, work)
     return report

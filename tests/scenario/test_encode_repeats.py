@@ -87,6 +87,23 @@ def test_force_replaces_and_an_interrupted_one_does_not(
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
+def test_finished_work_is_kept_until_the_tileset_is_there(
+    room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    work = tmp_path / "work"
+    assert main(["encode", str(room), str(tmp_path / "plain"), *FEW]) == 0
+    arguments = ["encode", str(room), str(tmp_path / "out"), *FEW, "--work", str(work)]
+    with monkeypatch.context() as patch:
+        patch.setattr("tilesnav_ref.encode.make_deltas", _interrupted)
+        assert main(arguments) == 130
+    assert "the same command goes on with the finished work" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+    assert list(work.glob("*/block-*.npz"))
+    assert main(arguments) == 0
+    assert _digests(tmp_path / "out") == _digests(tmp_path / "plain")
+    assert list(work.iterdir()) == []
+
+
 def _interrupted(*_: object) -> None:
     raise KeyboardInterrupt
 

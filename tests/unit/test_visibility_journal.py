@@ -13,7 +13,7 @@ from tilesnav_ref.cells import CellSettings, decompose
 from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.scene import Scene
 from tilesnav_ref.scene.analytic import SCENES
-from tilesnav_ref.visibility import VisibilitySettings, compute_pvs, engine
+from tilesnav_ref.visibility import VisibilitySettings, compute_pvs, engine, forget_work
 from tilesnav_ref.visibility.journal import Journal, digest_of
 from tilesnav_ref.visibility.model import PvsTable
 
@@ -61,6 +61,8 @@ def test_a_stopped_run_goes_on_to_the_same_result(
     assert again.undecided == whole.undecided
     assert _words(again) == _words(whole)
     assert steps[-1][0] == steps[-1][1]
+    assert list(tmp_path.glob("*/block-*"))
+    forget_work(*room, LITTLE, tmp_path)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -91,11 +93,15 @@ def test_other_scenes_settings_and_cells_take_nothing_over(
     scene, cells = room
     assert _stopped(room, tmp_path, 0.7)
     before = sorted(tmp_path.iterdir())
-    compute_pvs(scene, cells, replace(LITTLE, seed=9), None, tmp_path)
+    other = replace(LITTLE, seed=9)
+    compute_pvs(scene, cells, other, None, tmp_path)
     higher = np.array([0, 0, 1024])
     moved = replace(scene, vertices=scene.vertices + higher)
     up = replace(cells, lower=cells.lower + higher, upper=cells.upper + higher)
     compute_pvs(moved, up, LITTLE, None, tmp_path)
+    assert len(list(tmp_path.iterdir())) == len(before) + 2
+    forget_work(scene, cells, other, tmp_path)
+    forget_work(moved, up, LITTLE, tmp_path)
     assert sorted(tmp_path.iterdir()) == before
 
 

@@ -104,8 +104,8 @@ def compute_pvs(
     cells : box cells whose interiors meet no face.
     settings : amount of work; every choice is conservative.
     progress : called with finished and all steps.
-    work : folder where finished parts are kept until the table is complete. What a run that was stopped has
-        left there is taken over, if scene, cells, settings and program are the same.
+    work : folder where finished parts are kept until `forget_work`. What a run that was stopped has left
+        there is taken over, if scene, cells, settings and program are the same.
 
     Returns
     -------
@@ -134,10 +134,14 @@ def compute_pvs(
             pool.shutdown(wait=True, cancel_futures=True)
             raise
     table = _gather([found.cells[i] for i in range(cells.count)])
-    run.journal.forget()
     if not settings.certificates:
         return table
     return replace(table, certificates=Certificates(run.frame, cells.count, found.proofs))
+
+
+def forget_work(scene: Scene, cells: CellComplex, settings: VisibilitySettings, work: Path) -> None:
+    """Remove the parts that `compute_pvs` has kept for these arguments; their results are safe elsewhere."""
+    Journal(work, _digest(scene, cells, settings)).forget()
 
 
 def _digest(scene: Scene, cells: CellComplex, settings: VisibilitySettings) -> str:
