@@ -29,7 +29,7 @@ def test_visible_faces_are_listed_and_hidden_ones_are_never_proven_visible(name)
 @pytest.mark.parametrize("name", SCENES)
 def test_hidden_faces_are_proved_hidden(name):
     case = SCENES[name]()
-    table = table_of(case, VisibilitySettings(rays=2000, attempts=32768, depth=24))
+    table = table_of(case, VisibilitySettings(rays=2000, attempts=8192, depth=24))
     assert not case.hidden & set(table.faces_of(0).tolist())
 
 

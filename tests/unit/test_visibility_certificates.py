@@ -81,7 +81,7 @@ def test_tables_hold_together(name: str) -> None:
 
 
 def test_proofs_are_cut_where_one_occluder_does_not_do() -> None:
-    patient = VisibilitySettings(rays=2000, attempts=32768, depth=24, certificates=True)
+    patient = VisibilitySettings(rays=2000, attempts=8192, depth=24, certificates=True)
     table = _table("two_walls_apart", patient)
     assert table.certificates is not None
     assert (table.certificates.tables(0, 2).cuts > 0).any()
