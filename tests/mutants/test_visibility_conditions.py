@@ -17,7 +17,7 @@ PROBES = Path(__file__).parent / "visibility_probes.py"
 MUTANTS = {
     "edges of the occluder clear the shaft": (
         "visibility/occluder.py",
-        "if not flood.edge_odd[edge] or _clears(geometry, shaft, flood, edge):",
+        "if not flood.edge_odd[edge] or _clears(surface, shaft, flood, edge):",
         "if True:",
         "wall_with_a_gap",
     ),
@@ -29,26 +29,26 @@ MUTANTS = {
     ),
     "the occluder keeps off the target face": (
         "visibility/occluder.py",
-        "return not meets_relative_interior(geometry.corners, face, obstacle.face)",
-        "return True",
+        "elif face != obstacle.face and meets_relative_interior(surface.corners, face, obstacle.face):",
+        "elif False:",
         "wall_that_pierces",
     ),
     "the occluder keeps off the target box": (
         "visibility/occluder.py",
-        "return not meets_box(geometry.corners, face, obstacle.box[0], obstacle.box[1], True)",
-        "return True",
+        "if meets_box(surface.corners, face, obstacle.box[0], obstacle.box[1], True):",
+        "if False:",
         "box_behind_a_wall_it_touches",
     ),
     "the occluder keeps off the cell": (
         "visibility/occluder.py",
-        "meets_box(geometry.corners, face, obstacle.cell[0], obstacle.cell[1], False)",
+        "meets_box(surface.corners, units.faces[k], obstacle.cell[0], obstacle.cell[1], False)",
         "False",
         "wall_between_two_cells",
     ),
     "the segment is in general position": (
         "visibility/occluder.py",
-        "        elif how != MISS:\n            return DEGENERATE\n",
-        "",
+        "for i in range(crossed.counts[2]):",
+        "for i in range(0):",
         "closed_solid_through_its_edge",
     ),
     "a ray only suggests": (
@@ -59,8 +59,8 @@ MUTANTS = {
     ),
     "the occluder is opaque": (
         "visibility/occluder.py",
-        "if geometry.porous[face] or face == obstacle.face:",
-        "if face == obstacle.face:",
+        "if surface.porous[units.faces[first]]:",
+        "if False:",
         "opaque_wall_that_goes_on_porous",
     ),
     "a one-sided face is proven from its front": (

@@ -15,9 +15,10 @@ from tilesnav_ref.visibility import VisibilitySettings, compute_pvs
 from tilesnav_ref.visibility.certify import make_workspace
 from tilesnav_ref.visibility.geometry import FineFrame, build_geometry
 from tilesnav_ref.visibility.lines import cell_boxes, share_lines
-from tilesnav_ref.visibility.occluder import PROVED, Obstacle, prove_hidden
+from tilesnav_ref.visibility.occluder import PROVED, Obstacle, prove_hidden, surface_of
 from tilesnav_ref.visibility.shaft import set_shaft
-from tilesnav_ref.visibility.sight import sees
+from tilesnav_ref.visibility.sight import find_crossed, sees
+from tilesnav_ref.visibility.units import divide
 
 UNIT = 1024
 FRAME = FineFrame(np.zeros(3, np.int64), UNIT)
@@ -73,8 +74,10 @@ def closed_solid_through_its_edge() -> bool:
     a, b, c, d = (20, -9, -9), (20, 9, -9), (20, 0, 9), (30, 0, 0)
     solid = [[a, b, c], [a, b, d], [b, c, d], [c, a, d]]
     target = [[(60, -9, -9), (60, 9, -9), (60, 0, 9)]]
-    geometry = build_geometry(scene_of(solid + target), FRAME)
-    work = make_workspace(geometry, 16, 4)
+    scene = scene_of(solid + target)
+    geometry = build_geometry(scene, FRAME)
+    division = divide(geometry, scene.faces)
+    work = make_workspace((geometry, division), 16, 4)
     cell = np.array(CELL, float) * UNIT
     set_shaft(work.shaft, cell, geometry.corners[4], 3)
     on_edge = np.array([25.0, 0.0, 4.5]) * UNIT  # the middle of edge c d
@@ -82,7 +85,14 @@ def closed_solid_through_its_edge() -> bool:
     start, end = inside_front - 2 * (on_edge - inside_front), inside_front + 7 * (on_edge - inside_front)
     flat = np.zeros((2, 3))
     segment = (tuple(start.tolist()), tuple(end.tolist()))
-    return bool(prove_hidden(geometry, work, Obstacle(flat, 4, flat), 0, segment, False) != PROVED)
+    find_crossed(geometry, *segment, 4, work.crossed)
+    work.single.stamps[:] = 1
+    how = segment[0], False
+    obstacle = Obstacle(flat, 4, np.stack([geometry.corners[4].min(axis=0), geometry.corners[4].max(axis=0)]))
+    verdict = prove_hidden(
+        surface_of(geometry), work.single, (work.shaft, work.crossed), obstacle, 0, how
+    )
+    return bool(verdict != PROVED)
 
 
 def box_behind_a_wall_it_touches() -> bool:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from visibility_reference import half_open_meets, make_scene, point, sees
 
 from tilesnav_ref.visibility.geometry import FineFrame, build_geometry, fine_frame
-from tilesnav_ref.visibility.sight import CROSS, MISS, TOUCH, blocker, crossings, meet
+from tilesnav_ref.visibility.sight import CROSS, MISS, TOUCH, blocker, find_crossed, make_crossed, meet
 
 small = st.integers(0, 5)
 corner = st.tuples(small, small, small)
@@ -79,12 +79,26 @@ def test_an_unblocked_segment_is_seen_by_definition(triangles, c, which):
 def test_crossings_come_in_order_and_without_the_target():
     walls = [[(-9, y, -9), (9, y, -9), (0, y, 9)] for y in (6, 2, 4, 8)]
     geometry = build_geometry(make_scene(walls), FineFrame(np.zeros(3, np.int64), 64))
-    found = np.zeros(8, np.int32)
-    number = crossings(geometry, (0.0, 0.0, 0.0), (64.0, 64.0 * 10, 0.0), 3, found)
-    assert list(found[:number]) == [1, 2, 0]
-    short = np.zeros(2, np.int32)
-    assert crossings(geometry, (0.0, 0.0, 0.0), (64.0, 64.0 * 10, 0.0), 3, short) == 2
-    assert list(short) == [1, 2]
+    found = make_crossed(8)
+    assert find_crossed(geometry, (0.0, 0.0, 0.0), (64.0, 64.0 * 10, 0.0), 3, found)
+    assert list(found.nearest[: found.counts[0]]) == [1, 2, 0]
+    assert sorted(found.faces[: found.counts[1]]) == [0, 1, 2]
+    assert found.counts[2] == 0
+    short = make_crossed(2)
+    assert find_crossed(geometry, (0.0, 0.0, 0.0), (64.0, 64.0 * 10, 0.0), 3, short)
+    assert list(short.nearest) == [1, 2]
+    assert sorted(short.faces[: short.counts[1]]) == [0, 1, 2]
+
+
+def test_what_a_segment_touches_is_kept_apart_and_what_has_no_room_is_said():
+    walls = [[(-9, y, -9), (9, y, -9), (0, y, 9)] for y in (6, 2, 4, 8)]
+    geometry = build_geometry(make_scene(walls), FineFrame(np.zeros(3, np.int64), 64))
+    found = make_crossed(8)
+    # In the plane x = 0 it runs through the upper corners at y = 2 and y = 6, and between them through y = 4.
+    assert find_crossed(geometry, (0.0, 64.0 * 2, 64.0 * 9), (0.0, 64.0 * 7, -64.0), 3, found)
+    assert sorted(found.touched[: found.counts[2]]) == [1]
+    narrow = found._replace(faces=np.zeros(1, np.int32))
+    assert not find_crossed(geometry, (0.0, 0.0, 0.0), (64.0, 64.0 * 10, 0.0), 3, narrow)
 
 
 def test_the_frame_keeps_every_point_below_the_limit_and_refuses_more():

@@ -13,14 +13,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_ref.kernels import kernel
+from tilesnav_ref.kernels import inner_kernel, kernel
+from tilesnav_ref.visibility.backs import box_side, put_leaf, sheet_hides
 from tilesnav_ref.visibility.geometry import Geometry
 from tilesnav_ref.visibility.limits import pair_is_out
-from tilesnav_ref.visibility.occluder import DEGENERATE, PROVED, Flood, Obstacle, make_flood, prove_hidden
-from tilesnav_ref.visibility.record import Record, begin, finish, make_record, put_cut, put_leaf
+from tilesnav_ref.visibility.occluder import PROVED, Flood, Obstacle, make_flood, prove_hidden, surface_of
+from tilesnav_ref.visibility.record import Record, begin, finish, make_record, put_cut
 from tilesnav_ref.visibility.segments import extremes_see, inner_point, inner_point_of_face, search, trial
 from tilesnav_ref.visibility.shaft import Shaft, make_shaft, set_shaft
-from tilesnav_ref.visibility.sight import crossings, sees
+from tilesnav_ref.visibility.sight import Crossed, find_crossed, make_crossed, sees
+from tilesnav_ref.visibility.units import Division, Units, is_fine
 
 VISIBLE = -1
 """A segment was found that proves the face visible."""
@@ -46,9 +48,12 @@ class Workspace(NamedTuple):
     """Working memory of one thread."""
 
     shaft: Shaft
-    flood: Flood
-    crossing: NDArray[np.int32]
-    """Faces that a segment crosses."""
+    single: Flood
+    """Floods over faces."""
+    patches: Flood
+    """Floods over patches."""
+    crossed: Crossed
+    """What a segment meets."""
     random: NDArray[np.int64]
     """(1,) state of the generator, 1 to segments.RANDOM_MODULUS - 1."""
     cells: NDArray[np.float64]
@@ -59,8 +64,13 @@ class Workspace(NamedTuple):
     """(depth,) number of cuts above each waiting pair."""
     record: Record
     """Proofs that were found."""
-    success: NDArray[np.int64]
-    """(F + 1,) for each face the number of the last proof that grew from it; the number of proofs so far."""
+    with_patches: bool
+    """Whether floods over patches are tried, before those over faces."""
+    sheets: Units
+    inner: NDArray[np.int8]
+    """(F,) see Division."""
+    states: NDArray[np.int8]
+    """(S,) what is known of each sheet and the present region (backs.py)."""
 
 
 class Budget(NamedTuple):
@@ -75,20 +85,33 @@ class Budget(NamedTuple):
     extreme ones."""
 
 
-def make_workspace(geometry: Geometry, occluder_limit: int, depth: int, record: int = 0) -> Workspace:
+def make_workspace(
+    scene: tuple[Geometry, Division], occluder_limit: int, depth: int, record: int = 0
+) -> Workspace:
     """Working memory for one thread; `record` is the number of words for proofs, 0 for none."""
+    geometry, division = scene
     size = depth + 2
     return Workspace(
         make_shaft(),
-        make_flood(geometry, occluder_limit),
-        np.zeros(CROSSING_LIMIT, np.int32),
+        make_flood(geometry, division.single, occluder_limit),
+        make_flood(geometry, division.patches, occluder_limit),
+        make_crossed(CROSSING_LIMIT),
         np.ones(1, np.int64),
         np.zeros((size, 2, 3)),
         np.zeros((size, 3, 3)),
         np.zeros(size, np.int64),
         make_record(record),
-        np.zeros(len(geometry.corners) + 1, np.int64),
+        is_fine(division),
+        division.sheets,
+        division.inner,
+        np.zeros(len(division.sheets.offsets) - 1, np.int8),
     )
+
+
+def forget(work: Workspace) -> None:
+    """Forget which units proofs grew from, so that results depend on nothing but the block at hand."""
+    work.single.success[:] = 0
+    work.patches.success[:] = 0
 
 
 @kernel
@@ -103,42 +126,68 @@ def middle(box):  # type: ignore[no-untyped-def]
 
 @kernel
 def _attempt(geometry, work, obstacle, segment, how):  # type: ignore[no-untyped-def]
-    """Try occluders through the faces that a segment of the present shaft crosses.
+    """Try occluders through the faces that a segment of the present shaft crosses; recorded if one proves.
 
     `how` is (whether to begin with the face nearest to the cell, whether the flood stops at silhouettes). A
     stop fails early, which is best for the many nodes that cannot fall; without it more faces fall.
     """
     near_cell, stop_at_silhouettes = how
-    number = crossings(geometry, segment[0], segment[1], obstacle.face, work.crossing)
-    seeds = work.crossing[:number] if near_cell else work.crossing[:number][::-1]
-    best = _most_recent(seeds, work.success)
-    work.flood.failed[-1] += 1
-    reason = DEGENERATE
+    if not find_crossed(geometry, segment[0], segment[1], obstacle.face, work.crossed):
+        return False
+    how = (segment[0], stop_at_silhouettes)
+    for k in range(0 if work.with_patches else 1, 2):
+        flood = work.patches if k == 0 else work.single
+        if _grows(surface_of(geometry), flood, (work.shaft, work.crossed), obstacle, (near_cell, how)):
+            put_leaf(geometry, work, flood, obstacle.face)
+            return True
+    return False
+
+
+@inner_kernel
+def _grows(surface, flood, work, obstacle, order):  # type: ignore[no-untyped-def]
+    """Whether a flood from one of the nearest faces proves; `work` is (shaft, what the segment meets)."""
+    near_cell, how = order
+    nearest = work[1].nearest[: work[1].counts[0]]
+    seeds = nearest if near_cell else nearest[::-1]
+    number = len(seeds)
+    best = _most_recent(flood.units, seeds, flood.success)
+    flood.stamps[1] += 1
     for i in range(-1, number):
         if i == best or (i < 0 and best < 0):
             continue
         seed = seeds[best if i < 0 else i]
-        if work.flood.failed[seed] == work.flood.failed[-1]:
+        if flood.failed[flood.units.of_face[seed]] == flood.stamps[1]:
             continue
-        reason = prove_hidden(geometry, work, obstacle, seed, segment, stop_at_silhouettes)
-        if reason == PROVED:
-            work.success[-1] += 1
-            work.success[seed] = work.success[-1]
-            return reason
-    return reason
+        if prove_hidden(surface, flood, work, obstacle, seed, how) == PROVED:
+            flood.success[-1] += 1
+            flood.success[flood.units.of_face[seed]] = flood.success[-1]
+            return True
+    return False
 
 
-@kernel
-def _most_recent(seeds, success):  # type: ignore[no-untyped-def]
+@inner_kernel
+def _most_recent(units, seeds, success):  # type: ignore[no-untyped-def]
     """Position of the seed from which the latest proof grew, -1 when none has grown from any of them.
 
     What hides one target hides its neighbours, and those are treated one after the other.
     """
     best, latest = -1, 0
     for i in range(len(seeds)):
-        if success[seeds[i]] > latest:
-            best, latest = i, success[seeds[i]]
+        if success[units.of_face[seeds[i]]] > latest:
+            best, latest = i, success[units.of_face[seeds[i]]]
     return best
+
+
+@kernel
+def make_obstacle(geometry, work, cell, face, box):  # type: ignore[no-untyped-def]
+    """What an occluder must keep off: a region (2, 3) and a face, or a box (2, 3) where `face` is -1."""
+    work.single.stamps[2] += 1
+    work.patches.stamps[2] += 1
+    if face >= 0:
+        box = np.empty((2, 3))
+        for k in range(3):
+            box[0, k], box[1, k] = geometry.corners[face, :, k].min(), geometry.corners[face, :, k].max()
+    return Obstacle(cell, face, box)
 
 
 @kernel
@@ -155,11 +204,11 @@ def box_is_hidden(geometry, work, cell, box):  # type: ignore[no-untyped-def]
             corners[i, k] = box[(i >> k) & 1, k]
     set_shaft(work.shaft, cell, corners, 8)
     segment = (inner_point(work.random, cell), middle(box))
-    obstacle = Obstacle(cell, -1, box)
-    return _attempt(geometry, work, obstacle, segment, (_size(cell) < _size(box), True)) == PROVED
+    obstacle = make_obstacle(geometry, work, cell, -1, box)
+    return _attempt(geometry, work, obstacle, segment, (_size(cell) < _size(box), True))
 
 
-@kernel
+@inner_kernel
 def _size(points):  # type: ignore[no-untyped-def]
     largest = 0.0
     for k in range(3):
@@ -173,11 +222,25 @@ def face_is_hidden(geometry, work, cell, face):  # type: ignore[no-untyped-def]
     part = geometry.corners[face]
     set_shaft(work.shaft, cell, part, 3)
     segment = (inner_point(work.random, cell), inner_point_of_face(work.random, part))
-    obstacle = Obstacle(cell, face, cell)
-    if _attempt(geometry, work, obstacle, segment, (_size(cell) < _size(part), False)) != PROVED:
-        return False
+    obstacle = make_obstacle(geometry, work, cell, face, cell)
     begin(work.record, np.array([face]))
-    put_leaf(work.record, work.flood)
+    if not _attempt(geometry, work, obstacle, segment, (_size(cell) < _size(part), False)):
+        return False
+    finish(work.record)
+    return True
+
+
+@kernel
+def back_is_hidden(geometry, work, cell, face):  # type: ignore[no-untyped-def]
+    """Whether the sheet of a face hides it from a region (2, 3); recorded if so."""
+    side = work.inner[face]
+    if side == 0 or box_side(geometry, face, cell) != side:
+        return False
+    part = geometry.corners[face]
+    set_shaft(work.shaft, cell, part, 3)
+    begin(work.record, np.array([face]))
+    if not sheet_hides(geometry, work, cell, cell, part, face):
+        return False
     finish(work.record)
     return True
 
@@ -194,7 +257,7 @@ def decide_face(geometry, work, cell, face, budget):  # type: ignore[no-untyped-
 @kernel
 def _explore(geometry, work, cell, face, budget):  # type: ignore[no-untyped-def]
     """Divide cell and face until every pair of parts is proved; returns the verdict and the last pair."""
-    obstacle = Obstacle(cell, face, cell)
+    obstacle = make_obstacle(geometry, work, cell, face, cell)
     begin(work.record, np.array([face]))
     work.cells[0] = cell
     work.parts[0] = geometry.corners[face]
@@ -216,8 +279,10 @@ def _explore(geometry, work, cell, face, budget):  # type: ignore[no-untyped-def
         if sees(geometry, segment[0], segment[1], face):
             return VISIBLE, box, part
         set_shaft(work.shaft, box, part, 3)
-        if _attempt(geometry, work, obstacle, segment, (_size(box) < _size(part), False)) == PROVED:
-            put_leaf(work.record, work.flood)
+        how = (_size(box) < _size(part), False)
+        if sheet_hides(geometry, work, cell, box, part, face) or _attempt(
+            geometry, work, obstacle, segment, how
+        ):
             if top == 0:
                 finish(work.record)
                 return HIDDEN, box, part

@@ -8,11 +8,12 @@ from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.certify import (
     HIDDEN,
     VISIBLE,
+    back_is_hidden,
     box_is_hidden,
     decide_face,
     face_is_hidden,
 )
-from tilesnav_ref.visibility.record import begin, finish, put_leaf
+from tilesnav_ref.visibility.record import begin, finish
 from tilesnav_ref.visibility.sight import STACK
 
 CREDIT = 16
@@ -38,24 +39,33 @@ def count_below(geometry, flags):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _hide_below(geometry, node, alive):  # type: ignore[no-untyped-def]
-    for k in range(geometry.box_first[node], geometry.box_first[node] + geometry.box_count[node]):
-        alive[geometry.face_order[k]] = False
+def bound_below(geometry, flags):  # type: ignore[no-untyped-def]
+    """(B, 2, 3) box of the flagged faces below each node of the hierarchy; inf to -inf where there are none."""
+    boxes = np.empty((len(geometry.box_child), 2, 3))
+    for node in range(len(boxes) - 1, -1, -1):
+        boxes[node, 0], boxes[node, 1] = np.inf, -np.inf
+        child = geometry.box_child[node]
+        if child >= 0:
+            for i in range(2):
+                for k in range(3):
+                    boxes[node, 0, k] = min(boxes[node, 0, k], boxes[child + i, 0, k])
+                    boxes[node, 1, k] = max(boxes[node, 1, k], boxes[child + i, 1, k])
+            continue
+        for j in range(geometry.box_first[node], geometry.box_first[node] + geometry.box_count[node]):
+            face = geometry.face_order[j]
+            if flags[face]:
+                for k in range(3):
+                    boxes[node, 0, k] = min(boxes[node, 0, k], geometry.corners[face, :, k].min())
+                    boxes[node, 1, k] = max(boxes[node, 1, k], geometry.corners[face, :, k].max())
+    return boxes
 
 
 @kernel
-def _node_is_hidden(geometry, work, cell, node):  # type: ignore[no-untyped-def]
-    box = np.empty((2, 3))
-    for k in range(3):
-        box[0, k] = geometry.box_lower[node, k]
-        box[1, k] = geometry.box_upper[node, k]
-    if not box_is_hidden(geometry, work, cell, box):
-        return False
+def _wanted_below(geometry, node, wanted):  # type: ignore[no-untyped-def]
+    """The wanted faces below a node, ascending."""
     first = geometry.box_first[node]
-    begin(work.record, np.sort(geometry.face_order[first : first + geometry.box_count[node]]))
-    put_leaf(work.record, work.flood)
-    finish(work.record)
-    return True
+    below = geometry.face_order[first : first + geometry.box_count[node]]
+    return np.sort(below[wanted[below]])
 
 
 @kernel
@@ -89,8 +99,8 @@ def cull(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-def]
     Nodes with a face of `proven` (F,) below are not tried, nor are most of those that follow upon many
     failures at the same depth: neighbours come one after the other.
     """
-    visible = count_below(geometry, proven)
-    waiting = count_below(geometry, alive)
+    wanted = alive & ~proven
+    boxes = bound_below(geometry, wanted)
     credit = np.full((STACK, 1), CREDIT)
     stack = np.empty((STACK, 2), np.int32)
     stack[0, 0], stack[0, 1] = 0, 0
@@ -98,18 +108,29 @@ def cull(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-def]
     while top > 0:
         top -= 1
         node, depth = stack[top]
-        if waiting[node] == 0:
+        if boxes[node, 0, 0] > boxes[node, 1, 0]:
             continue
-        if visible[node] == 0 and worth_trying(credit[depth]):
-            hidden = _node_is_hidden(geometry, work, cell, node)
+        if worth_trying(credit[depth]):
+            below = _wanted_below(geometry, node, wanted)
+            begin(work.record, below)
+            hidden = box_is_hidden(geometry, work, cell, boxes[node])
             account(credit[depth], hidden)
             if hidden:
-                _hide_below(geometry, node, alive)
+                finish(work.record)
+                alive[below] = False
                 continue
         if geometry.box_child[node] >= 0:
             for k in range(2):
                 stack[top + k, 0], stack[top + k, 1] = geometry.box_child[node] + k, depth + 1
             top += 2
+
+
+@kernel
+def cull_backs(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-def]
+    """Clear `alive` (F,) for faces that their own sheets hide from the region `cell` (2, 3)."""
+    for face in range(len(alive)):
+        if alive[face] and not proven[face]:
+            alive[face] = not back_is_hidden(geometry, work, cell, face)
 
 
 @kernel
@@ -135,6 +156,7 @@ def decide(geometry, work, cell, found, budget):  # type: ignore[no-untyped-def]
     visible ones, and what stays undecided is counted by the reason.
     """
     proven, alive, reasons = found
+    cull_backs(geometry, work, cell, proven, alive)
     cull(geometry, work, cell, proven, alive)
     for k in range(len(geometry.face_order)):
         face = geometry.face_order[k]

@@ -23,10 +23,11 @@ from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.kernels import package_digest
 from tilesnav_ref.processors import thread_count
 from tilesnav_ref.scene.model import Scene
+from tilesnav_ref.visibility.backs import find_inner_sides
 from tilesnav_ref.visibility.blocks import Block, make_blocks, make_groups
 from tilesnav_ref.visibility.certificates import Certificates, Proofs
-from tilesnav_ref.visibility.certify import REASONS, Budget, Workspace, make_workspace
-from tilesnav_ref.visibility.descend import cull, cull_faces, decide
+from tilesnav_ref.visibility.certify import REASONS, Budget, Workspace, forget, make_workspace
+from tilesnav_ref.visibility.descend import cull, cull_backs, cull_faces, decide
 from tilesnav_ref.visibility.geometry import FineFrame, build_geometry, fine_frame, to_fine
 from tilesnav_ref.visibility.journal import Journal, digest_of
 from tilesnav_ref.visibility.limits import leave_out
@@ -36,6 +37,8 @@ from tilesnav_ref.visibility.results import Seen, Sight, from_arrays, to_arrays
 from tilesnav_ref.visibility.sampling import RayCaster
 from tilesnav_ref.visibility.segments import RANDOM_MODULUS
 from tilesnav_ref.visibility.settings import VisibilitySettings
+from tilesnav_ref.visibility.sight import make_crossed
+from tilesnav_ref.visibility.units import divide
 from tilesnav_ref.visibility.survey import make_survey, run_survey
 
 logger = logging.getLogger(__name__)
@@ -63,6 +66,8 @@ class _Run:
         self.settings = settings
         self.cells = cells
         self.geometry = build_geometry(scene, frame, settings.max_range)
+        self.division = divide(self.geometry, scene.faces)
+        find_inner_sides(self.geometry, self.division, make_crossed(1))
         self.caster = RayCaster(self.geometry, frame)
         self.boxes = np.stack([to_fine(cells.lower, frame), to_fine(cells.upper, frame)], axis=1)
         self.budget = Budget(settings.attempts, settings.depth, settings.leaf_segments)
@@ -76,7 +81,8 @@ class _Run:
 
     def workspace(self, words: int) -> Workspace:
         """Memory for a thread, with so many words for proofs."""
-        return make_workspace(self.geometry, self.settings.occluder_faces, self.settings.depth, words)
+        return make_workspace(
+            (self.geometry, self.division), self.settings.occluder_faces, self.settings.depth, words)
 
     def advance(self, steps: int) -> None:
         """Count finished steps; only one thread calls this."""
@@ -206,7 +212,7 @@ def _work_on_block(run: _Run, block: Block, proven: dict[int, NDArray[np.bool_]]
         while True:
             found = Sight()
             alive = np.ones(len(run.geometry.corners), np.bool_)
-            work.success[:] = 0
+            forget(work)
             _see(run, work, (block, alive, proven, 0), found)
             if not is_full(work.record):
                 return found
@@ -227,6 +233,7 @@ def _see(run: _Run, work: Workspace, state: State, found: Sight) -> None:
     alive = alive.copy()
     leave_out(run.geometry, block.box, alive)
     work.random[0] = _random_start(run.settings.seed, block)
+    work.states[:] = 0
     if not block.halves:
         cell = block.cells[0]
         found.cells[cell] = _decide_cell(run, work, cell, alive, proven[cell].copy())
@@ -234,6 +241,7 @@ def _see(run: _Run, work: Workspace, state: State, found: Sight) -> None:
         return
     if level % LEVELS == 0:
         seen = np.logical_or.reduce([proven[cell] for cell in block.cells])
+        cull_backs(run.geometry, work, block.box, seen, alive)
         cull(run.geometry, work, block.box, seen, alive)
         cull_faces(run.geometry, work, block.box, seen, alive)
         _keep_proofs(work, block, found)

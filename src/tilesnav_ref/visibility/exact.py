@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tilesnav_ref.kernels import kernel
+from tilesnav_ref.kernels import inner_kernel, kernel
 
 Vector = tuple[float, float, float]
 
@@ -54,7 +54,7 @@ def exact_determinant_sign(u: Vector, v: Vector, w: Vector) -> int:
     return 1 if low > 0 else 0
 
 
-@kernel
+@inner_kernel
 def determinant_sign(u: Vector, v: Vector, w: Vector) -> int:
     """Sign of u . (v x w), exact."""
     a, b = v[1] * w[2], v[2] * w[1]
@@ -72,13 +72,13 @@ def determinant_sign(u: Vector, v: Vector, w: Vector) -> int:
     return int(exact_determinant_sign(u, v, w))
 
 
-@kernel
+@inner_kernel
 def difference(a: Vector, b: Vector) -> Vector:
     """a - b, exact."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
-@kernel
+@inner_kernel
 def orientation(p: Vector, q: Vector, r: Vector, s: Vector) -> int:
     """Sign of (q - p) . ((r - p) x (s - p)): the side of the plane p, q, r on which s lies, exact.
 

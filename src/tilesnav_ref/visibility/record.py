@@ -55,6 +55,13 @@ def put(record, word):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def set_word(record, place, word):  # type: ignore[no-untyped-def]
+    """Change a word that was put before."""
+    if place < len(record.words):
+        record.words[place] = word
+
+
+@kernel
 def begin(record, targets):  # type: ignore[no-untyped-def]
     """Begin a proof for some faces (n,); one in progress that was not finished is dropped."""
     if len(record.words) == 0:
@@ -71,16 +78,6 @@ def put_cut(record, code):  # type: ignore[no-untyped-def]
     """A cut of the pair of parts at hand."""
     if len(record.words) > 0:
         put(record, -code)
-
-
-@kernel
-def put_leaf(record, flood):  # type: ignore[no-untyped-def]
-    """The occluder that the flood has just found proves the pair of parts at hand."""
-    if len(record.words) == 0:
-        return
-    put(record, flood.used[0])
-    for k in range(flood.used[0]):
-        put(record, flood.faces[k])
 
 
 @kernel

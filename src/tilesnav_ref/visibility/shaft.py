@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_ref.kernels import kernel
+from tilesnav_ref.kernels import inner_kernel, kernel
 from tilesnav_ref.visibility.exact import exact_determinant_sign, orientation
 
 MAX_PLANES = 12
@@ -121,12 +121,12 @@ def _cell_side(shaft):  # type: ignore[no-untyped-def]
     return least if most <= 0 else 0
 
 
-@kernel
+@inner_kernel
 def _row(points, i):  # type: ignore[no-untyped-def]
     return (points[i, 0], points[i, 1], points[i, 2])
 
 
-@kernel
+@inner_kernel
 def clears_edge(shaft, p, q):  # type: ignore[no-untyped-def]
     """Whether it is sure that no segment of the shaft meets the segment p q."""
     for k in range(3):
@@ -143,11 +143,21 @@ def clears_edge(shaft, p, q):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def is_beyond(shaft, p, q, r):  # type: ignore[no-untyped-def]
+    """Whether a plane of the shaft, or that of the target, has a triangle on the far side."""
+    for row in range(shaft.counts[1]):
+        plane = shaft.planes[row]
+        if _beyond(plane, p) and _beyond(plane, q) and _beyond(plane, r):
+            return True
+    return shaft.counts[2] != 0 and _behind_target(shaft, p, q) and _behind_target(shaft, r, r)
+
+
+@inner_kernel
 def _beyond(plane, p):  # type: ignore[no-untyped-def]
     return plane[2] * (np.int64(p[plane[0]]) - plane[4]) + plane[3] * (np.int64(p[plane[1]]) - plane[5]) >= 0
 
 
-@kernel
+@inner_kernel
 def _behind_target(shaft, p, q):  # type: ignore[no-untyped-def]
     a, b, c = _row(shaft.target, 0), _row(shaft.target, 1), _row(shaft.target, 2)
     side = shaft.counts[2]
@@ -160,7 +170,7 @@ def _behind_target(shaft, p, q):  # type: ignore[no-untyped-def]
 LINE_ERROR = 48.0 * 2.0**-53
 
 
-@kernel
+@inner_kernel
 def _line_on_one_side(shaft, p, q):  # type: ignore[no-untyped-def]
     """Whether orientation(p, q, c, t) has one weak sign for all corners c and t.
 

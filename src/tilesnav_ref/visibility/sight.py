@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import NamedTuple
 
-from tilesnav_ref.kernels import kernel
+import numpy as np
+from numpy.typing import NDArray
+
+from tilesnav_ref.kernels import inner_kernel, kernel
 from tilesnav_ref.visibility.exact import orientation
 from tilesnav_ref.visibility.geometry import UNLIMITED
 
@@ -18,18 +21,21 @@ TOUCH = 2
 STACK = 128
 """Depth of a traversal stack; a median-split hierarchy of 2**31 faces is 31 deep."""
 
+CROSSED_LIMIT = 4096
+"""Faces that one segment may meet; those that meet more prove nothing."""
+
 # A slab test in float64 misplaces a plane by some ulps of 2**29, less than 1e-6 of a unit; boxes grown by one
 # unit therefore never lose a face that the segment meets.
 BOX_MARGIN = 1.0
 
 
-@kernel
+@inner_kernel
 def corner(corners, face, k):  # type: ignore[no-untyped-def]
     """Corner k of a face as a tuple."""
     return (corners[face, k, 0], corners[face, k, 1], corners[face, k, 2])
 
 
-@kernel
+@inner_kernel
 def meet(corners, face, c, t):  # type: ignore[no-untyped-def]
     """How the half-open segment [c, t) meets a face: MISS, CROSS or TOUCH, exact."""
     p, q, r = corner(corners, face, 0), corner(corners, face, 1), corner(corners, face, 2)
@@ -51,7 +57,7 @@ def meet(corners, face, c, t):  # type: ignore[no-untyped-def]
     return TOUCH
 
 
-@kernel
+@inner_kernel
 def segment_meets_box(lower, upper, c, inverse):  # type: ignore[no-untyped-def]
     """Whether the segment from c with the given inverse direction can meet a box; never a false no."""
     enter, leave = 0.0, 1.0
@@ -69,7 +75,7 @@ def segment_meets_box(lower, upper, c, inverse):  # type: ignore[no-untyped-def]
     return enter <= leave
 
 
-@kernel
+@inner_kernel
 def inverse_direction(c, t):  # type: ignore[no-untyped-def]
     """Componentwise 1 / (t - c), 0 where the component is 0."""
     x, y, z = t[0] - c[0], t[1] - c[1], t[2] - c[2]
@@ -106,7 +112,7 @@ def blocker(geometry, c, t, target):  # type: ignore[no-untyped-def]
     return -1
 
 
-@kernel
+@inner_kernel
 def counts(geometry, c, t, face):  # type: ignore[no-untyped-def]
     """Whether a segment is surely within the range and begins before the front of a face that is one-sided.
 
@@ -130,18 +136,40 @@ def sees(geometry, c, t, target):  # type: ignore[no-untyped-def]
     return counts(geometry, c, t, target) and blocker(geometry, c, t, target) < 0
 
 
-@kernel
-def crossings(geometry, c, t, target, found):  # type: ignore[no-untyped-def]
-    """Opaque faces other than `target` that the segment crosses, from c to t; returns their number.
+class Crossed(NamedTuple):
+    """What a segment meets; working memory of a thread."""
 
-    `found` receives the faces nearest to c; when there are more than it holds, later ones are dropped.
-    """
+    counts: NDArray[np.int64]
+    """(4,) numbers of nearest, crossed and touched faces, and of those for which there was no room."""
+    nearest: NDArray[np.int32]
+    """Faces that the segment crosses, from its start on."""
+    where: NDArray[np.float64]
+    """Their places, 0 to 1."""
+    faces: NDArray[np.int32]
+    """All faces that it crosses, in no order."""
+    touched: NDArray[np.int32]
+    """Faces with which it is not in general position."""
+
+
+def make_crossed(nearest: int) -> Crossed:
+    """Room for so many nearest faces."""
+    return Crossed(
+        np.zeros(4, np.int64),
+        np.zeros(nearest, np.int32),
+        np.zeros(nearest),
+        np.zeros(CROSSED_LIMIT, np.int32),
+        np.zeros(CROSSED_LIMIT, np.int32),
+    )
+
+
+@kernel
+def find_crossed(geometry, c, t, target, crossed):  # type: ignore[no-untyped-def]
+    """Opaque faces other than `target` that the segment crosses or touches; whether there was room for all."""
     stack = np.empty(STACK, np.int32)
-    where = np.empty(len(found))
     inverse = inverse_direction(c, t)
+    crossed.counts[:] = 0
     stack[0] = 0
     top = 1
-    number = 0
     while top > 0:
         top -= 1
         node = stack[top]
@@ -156,12 +184,26 @@ def crossings(geometry, c, t, target, found):  # type: ignore[no-untyped-def]
             face = geometry.face_order[k]
             if face == target or geometry.porous[face]:
                 continue
-            if meet(geometry.corners, face, c, t) == CROSS:
-                number = _insert(found, where, number, face, _parameter(geometry.corners, face, c, t))
-    return number
+            how = meet(geometry.corners, face, c, t)
+            if how == CROSS:
+                _note(crossed, crossed.faces, 1, face)
+                at = _parameter(geometry.corners, face, c, t)
+                crossed.counts[0] = _insert(crossed.nearest, crossed.where, crossed.counts[0], face, at)
+            elif how != MISS:
+                _note(crossed, crossed.touched, 2, face)
+    return crossed.counts[3] == 0
 
 
-@kernel
+@inner_kernel
+def _note(crossed, faces, which, face):  # type: ignore[no-untyped-def]
+    if crossed.counts[which] < len(faces):
+        faces[crossed.counts[which]] = face
+        crossed.counts[which] += 1
+    else:
+        crossed.counts[3] += 1
+
+
+@inner_kernel
 def _insert(found, where, number, face, at):  # type: ignore[no-untyped-def]
     if number == len(found):
         if at >= where[number - 1]:
@@ -177,7 +219,7 @@ def _insert(found, where, number, face, at):  # type: ignore[no-untyped-def]
     return number + 1
 
 
-@kernel
+@inner_kernel
 def _parameter(corners, face, c, t):  # type: ignore[no-untyped-def]
     """Approximate place of a crossing, 0 at c and 1 at t; only an order of trial depends on it."""
     ux = corners[face, 1, 0] - corners[face, 0, 0]
