@@ -50,6 +50,7 @@ def figures(tileset: NavTileset) -> Figures:
         "peak_memory_child": run.get("peakMemoryChild"),
         "scene": provenance.get("scene"),
         "undecided": provenance.get("undecided"),
+        "update": provenance.get("update"),
     }
 
 
