@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,9 +28,10 @@ and are the same with and without the third."""
 
 @dataclass(frozen=True)
 class Previous:
-    """A tileset of an earlier scene."""
+    """A map of an earlier scene."""
 
-    tileset: NavTileset
+    source: str
+    """The file, for messages."""
     scene: Scene
     lower: NDArray[np.int64]
     """(N, 3) grid coordinates of the cells."""
@@ -36,23 +39,10 @@ class Previous:
     """(N, 3) grid coordinates of the cells."""
     proven: NDArray[np.int64]
     """(N,) number of faces that are proven visible from each cell."""
+    faces_of: Callable[[int], NDArray[np.uint32]]
+    """Faces that a cell lists, ascending; TilesetError when the file does not hold what was written."""
     sha256: str
     """Digest of the entry tileset, in hexadecimal digits."""
-
-    def faces_of(self, cell: int) -> NDArray[np.uint32]:
-        """Faces that a cell lists; TilesetError when the file does not hold what its digest was made of."""
-        state = self.tileset.state(cell)
-        if state.digest() != self.tileset.digest(cell):
-            raise TilesetError(
-                str(self.tileset.path),
-                f"cell {cell}",
-                "another state",
-                "the state that its digest was made of",
-            )
-        if self.proven[cell] > len(state.faces):
-            found = f"{self.proven[cell]} faces proven visible"
-            raise TilesetError(str(self.tileset.path), f"cell {cell}", found, f"at most {len(state.faces)}")
-        return state.faces
 
     def check_frame(self, scene: Scene) -> None:
         """Check that coordinates mean the same in both scenes.
@@ -62,14 +52,13 @@ class Previous:
         UpdateError
             When grid or nav frame differ.
         """
-        source = str(self.tileset.path)
         if self.scene.grid_exponent != scene.grid_exponent:
             found, allowed = f"{self.scene.grid_exponent}", f"{scene.grid_exponent}, the grid of this run"
-            raise UpdateError(source, "grid.exponent", found, allowed)
+            raise UpdateError(self.source, "grid.exponent", found, allowed)
         ours, theirs = column_major(scene.tileset_from_nav), column_major(self.scene.tileset_from_nav)
         if ours != theirs:
             allowed = f"{ours}, the nav frame of this run; --origin holds it where it is"
-            raise UpdateError(source, "transform", f"{theirs}", allowed)
+            raise UpdateError(self.source, "transform", f"{theirs}", allowed)
 
 
 def open_previous(place: Path, settings: VisibilitySettings) -> Previous:
@@ -94,7 +83,19 @@ def open_previous(place: Path, settings: VisibilitySettings) -> Previous:
     scene = _read_scene(tileset)
     lower, upper = _boxes(tileset)
     proven = np.concatenate([sector.proven_visible for sector in tileset.sectors]).astype(np.int64)
-    return Previous(tileset, scene, lower, upper, proven, file_digest(tileset.path))
+    faces_of = partial(_checked_faces, tileset, proven)
+    return Previous(str(tileset.path), scene, lower, upper, proven, faces_of, file_digest(tileset.path))
+
+
+def _checked_faces(tileset: NavTileset, proven: NDArray[np.int64], cell: int) -> NDArray[np.uint32]:
+    source, place, state = str(tileset.path), f"cell {cell}", tileset.state(cell)
+    if state.digest() != tileset.digest(cell):
+        raise TilesetError(source, place, "another state", "the state that its digest was made of")
+    if proven[cell] > len(state.faces):
+        raise TilesetError(
+            source, place, f"{proven[cell]} faces proven visible", f"at most {len(state.faces)}"
+        )
+    return state.faces
 
 
 def _check_origin(tileset: NavTileset, settings: VisibilitySettings) -> None:
