@@ -127,9 +127,9 @@ def _compare(source: str, theirs: dict[str, Any], settings: VisibilitySettings) 
 
 
 def _read_scene(tileset: NavTileset) -> Scene:
+    counts = np.diff(tileset.object_offsets)
     corners = np.concatenate([_content_corners(tileset, content) for content in tileset.contents])
     vertices, faces = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    counts = np.diff(tileset.object_offsets)
     objects = np.arange(tileset.object_count)
     return Scene(
         vertices=vertices,
