@@ -156,7 +156,7 @@ def _unseeing(
 ) -> Sets:
     """The sets, as numbered in the scene of the change, of cells from which the change is proven hidden."""
     numbers = np.array(list(sets), np.int64)
-    outlook = Outlook(cells.lower[numbers], cells.upper[numbers], list(sets.values()))
+    outlook = Outlook(sub_complex(cells, numbers), list(sets.values()))
     seers = may_see(change.scene, outlook, change.faces, settings, progress)
     return {cell: sets[cell] for cell in numbers[~seers].tolist()}
 

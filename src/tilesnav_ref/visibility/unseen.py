@@ -7,19 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
-from threading import Event
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.kernels import kernel
-from tilesnav_ref.processors import thread_count
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility.blocks import Block, make_blocks
-from tilesnav_ref.visibility.certify import HIDDEN, Budget, Workspace, decide_face, make_workspace
+from tilesnav_ref.visibility.certify import HIDDEN, Workspace, decide_face
 from tilesnav_ref.visibility.descend import cull
-from tilesnav_ref.visibility.geometry import Geometry, build_geometry, fine_frame, to_fine
+from tilesnav_ref.visibility.engine import Run
 from tilesnav_ref.visibility.limits import leave_out
 from tilesnav_ref.visibility.segments import RANDOM_MODULUS, extremes_see
 from tilesnav_ref.visibility.settings import VisibilitySettings
@@ -29,29 +28,19 @@ from tilesnav_ref.visibility.settings import VisibilitySettings
 class Outlook:
     """Cells to ask about, and faces that are likely to be seen from them."""
 
-    lower: NDArray[np.int64]
-    """(N, 3) grid coordinates."""
-    upper: NDArray[np.int64]
-    """(N, 3) grid coordinates."""
+    cells: CellComplex
     listed: Sequence[NDArray[np.integer]]
     """For each cell numbers of faces that are probably visible; no proof rests on them."""
 
 
 @dataclass(frozen=True)
-class _Run:
-    geometry: Geometry
-    boxes: NDArray[np.float64]
-    listed: Sequence[NDArray[np.integer]]
-    settings: VisibilitySettings
-    seers: NDArray[np.bool_]
-    stop: Event = field(default_factory=Event)
+class _Question:
+    """What every thread shares."""
 
-    def workspace(self, block: Block) -> Workspace:
-        """Fresh memory: what is found depends on the block alone."""
-        work = make_workspace(self.geometry, self.settings.occluder_faces, self.settings.depth)
-        words = np.random.SeedSequence([self.settings.seed, block.cells[0], len(block.cells)])
-        work.random[0] = 1 + int(words.generate_state(1)[0]) % (RANDOM_MODULUS - 1)
-        return work
+    run: Run
+    outlook: Outlook
+    seers: NDArray[np.bool_]
+    """(N,) the answer."""
 
 
 def may_see(
@@ -81,24 +70,18 @@ def may_see(
     -----
     The result does not depend on the number of threads.
     """
-    count = len(outlook.lower)
+    count = outlook.cells.count
     seers = np.zeros(count, np.bool_)
     if count == 0 or not faces.any():
         return seers
     two_sided = replace(scene, object_one_sided=np.zeros(0, np.bool_))
-    corners = scene.vertices[np.unique(scene.faces)]
-    frame = fine_frame(
-        np.minimum(corners.min(axis=0), outlook.lower.min(axis=0)),
-        np.maximum(corners.max(axis=0), outlook.upper.max(axis=0)),
-    )
-    geometry = build_geometry(two_sided, frame, settings.max_range)
-    boxes = np.stack([to_fine(outlook.lower, frame), to_fine(outlook.upper, frame)], axis=1)
-    run = _Run(geometry, boxes, outlook.listed, settings, seers)
-    blocks = make_blocks(boxes, np.arange(count), settings.block_cells)
+    run = Run(two_sided, outlook.cells, settings, progress)
+    question = _Question(run, outlook, seers)
+    blocks = make_blocks(run.boxes, np.arange(count), settings.block_cells)
     done = 0
-    with ThreadPoolExecutor(thread_count(settings.threads)) as pool:
+    with ThreadPoolExecutor(run.threads) as pool:
         try:
-            for number in pool.map(lambda block: _ask_block(run, block, faces), blocks):
+            for number in pool.map(lambda block: _ask(question, block, faces), blocks):
                 done += number
                 progress(done, count)
         except BaseException:
@@ -108,26 +91,33 @@ def may_see(
     return seers
 
 
-def _ask_block(run: _Run, block: Block, faces: NDArray[np.bool_]) -> int:
-    """Decide all cells of a block; returns their number."""
-    if run.stop.is_set():
-        raise InterruptedError("visibility was asked to stop")
+def _ask(question: _Question, block: Block, faces: NDArray[np.bool_]) -> int:
+    """Decide all cells of a block for the faces that are not known to be hidden from it; their number."""
+    run, outlook, seers = question.run, question.outlook, question.seers
+    run.check_stop()
     alive = faces.copy()
     leave_out(run.geometry, block.box, alive)
     if not alive.any():
         return len(block.cells)
     listed = np.zeros(len(faces), np.bool_)
     for cell in block.cells:
-        listed[run.listed[cell]] = True
+        listed[outlook.listed[cell]] = True
     listed &= ~faces
-    work = run.workspace(block)
+    work = _fresh(run, block)
     cull(run.geometry, work, block.box, listed, alive)
     if block.halves:
-        return sum(_ask_block(run, half, alive) for half in block.halves)
-    settings = run.settings
-    budget = Budget(settings.attempts, settings.depth, settings.leaf_segments)
-    run.seers[block.cells[0]] = _may_see_any(run.geometry, work, run.boxes[block.cells[0]], alive, budget)
+        return sum(_ask(question, half, alive) for half in block.halves)
+    cell = block.cells[0]
+    seers[cell] = _may_see_any(run.geometry, work, run.boxes[cell], alive, run.budget)
     return 1
+
+
+def _fresh(run: Run, block: Block) -> Workspace:
+    """Memory in which nothing is remembered: what is found depends on the block alone."""
+    work = run.workspace(0)
+    words = np.random.SeedSequence([run.settings.seed, block.cells[0], len(block.cells)]).generate_state(1)
+    work.random[0] = 1 + int(words[0]) % (RANDOM_MODULUS - 1)
+    return work
 
 
 @kernel
