@@ -213,3 +213,44 @@ def test_a_part_of_a_complex_keeps_the_portals_within_it() -> None:
     assert part.portal_offsets.tolist() == [0, 0, 1, 2]
     assert part.portal_targets.tolist() == [2, 1]
     assert part.portal_polygons.tolist() == [2, 2]
+
+
+def _street() -> tuple[Scene, Scene, list[list[list[int]]]]:
+    """Cells in a row along a wall, which ends behind them; the change is beyond the wall."""
+    boxes = [[[-4, 10 * i, -4], [4, 10 * i + 8, 4]] for i in range(-6, 6)]
+    barrier: Faces = [
+        [(20, -300, -90), (20, 20, -90), (20, 20, 90)],
+        [(20, -300, -90), (20, 20, 90), (20, -300, 90)],
+    ]
+    return make_scene(GROUND + barrier), make_scene(GROUND + barrier + box(40)), boxes
+
+
+def test_what_is_kept_does_not_depend_on_threads_and_blocks() -> None:
+    old, new, boxes = _street()
+    runs = [
+        update(old, new, boxes, replace(WORK, threads=threads, block_cells=block))
+        for threads, block in ((1, 4), (3, 4), (1, 1))
+    ]
+    assert runs[0].kept == runs[1].kept
+    assert runs[0].sets == runs[1].sets
+    # From the south end the wall hides the box, from the north end it does not.
+    for run in runs:
+        assert run.kept
+        assert run.kept == set(range(len(run.kept))) != set(range(len(boxes)))
+
+
+def test_progress_ends_with_all_steps_and_may_stop_the_work() -> None:
+    old, new, boxes = _street()
+    cells = cells_of(boxes)
+    earlier = previous_of(old, cells, compute_pvs(old, cells, WORK))
+    steps: list[tuple[int, int]] = []
+    find_changes(earlier, new, cells, replace(WORK, block_cells=2), lambda *step: steps.append(step))
+    shares = [done / total for done, total in steps]
+    assert shares == sorted(shares)
+    assert shares[-1] == 1
+
+    def stop(*_: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        find_changes(earlier, new, cells, replace(WORK, block_cells=2), stop)
