@@ -131,6 +131,15 @@ def test_without_a_change_everything_is_kept(earlier: Path, tmp_path: Path) -> N
     assert {name for name in expected if found[name] != expected[name]} == {"tileset.json"}
 
 
+def test_what_another_encoder_calls_an_update_is_not_printed(
+    earlier: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(earlier / "old", tmp_path / "old")
+    edit(tmp_path / "old", lambda entry: entry["provenance"].update(update="yesterday"))
+    assert main(["info", str(tmp_path / "old")]) == 0
+    assert "kept" not in capsys.readouterr().out
+
+
 def edit(place: Path, change: Callable[[dict[str, Any]], None]) -> None:
     path = place / "tileset.json"
     document = json.loads(path.read_text())
