@@ -15,6 +15,7 @@ from tilesnav_ref.tileset.model import NavMap, TilesetSettings
 from tilesnav_ref.tileset.provenance import make_provenance
 from tilesnav_ref.tileset.run_report import StageProgress, Stopwatch, run_report, write_report
 from tilesnav_ref.tileset.write import write_tileset
+from tilesnav_ref.update import Update, find_changes, open_previous
 from tilesnav_ref.visibility import VisibilitySettings, compute_pvs, forget_work
 
 
@@ -27,6 +28,8 @@ class EncodeSettings:
     visibility: VisibilitySettings = field(default_factory=VisibilitySettings)
     lod: LodSettings = field(default_factory=LodSettings)
     tileset: TilesetSettings = field(default_factory=TilesetSettings)
+    update: Path | None = None
+    """An earlier tileset; what cells list that see nothing of the change is taken over."""
 
     def __post_init__(self) -> None:
         """Refuse certificates where faces are left out without one: ValueError."""
@@ -63,23 +66,40 @@ def encode(
         The report of the run.
     """
     watch = Stopwatch(progress)
+    update: Update | None = None
     with new_folder(out, force) as folder:
+        previous = None if settings.update is None else open_previous(settings.update, settings.visibility)
         with watch.stage("scene"):
             scene, found = load_scene(source, settings.scene)
+            if previous is not None:
+                previous.check_frame(scene)
         with watch.stage("cells") as steps:
             cells = decompose(scene, settings.cells, steps)
+        if previous is not None:
+            with watch.stage("changes") as steps:
+                update = find_changes(previous, scene, cells, settings.visibility, steps)
+        todo = cells if update is None else update.todo
         with watch.stage("visibility") as steps:
-            pvs = compute_pvs(scene, cells, settings.visibility, steps, work)
+            pvs = compute_pvs(scene, todo, settings.visibility, steps, work)
+            pvs = pvs if update is None else update.merge(pvs)
         with watch.stage("levels") as steps:
             lod = choose_levels(scene, cells, pvs, settings.lod, steps, settings.visibility.threads)
         with watch.stage("deltas"):
             deltas = make_deltas(cells, pvs, lod)
         with watch.stage("write"):
-            provenance = make_provenance(source, vars(settings), found, cells, pvs)
+            provenance = make_provenance(source, _stages(settings, update), found, cells, pvs)
+            if update is not None:
+                provenance["update"] = update.findings
             nav_map = NavMap(scene, cells, pvs, lod, deltas, provenance, settings.visibility.max_range)
             write_tileset(folder, nav_map, planes(cells, scene.step), settings.tileset)
         report = run_report(watch)
         write_report(folder, report)
     if work is not None:
-        forget_work(scene, cells, settings.visibility, work)
+        forget_work(scene, todo, settings.visibility, work)
     return report
+
+
+def _stages(settings: EncodeSettings, update: Update | None) -> dict[str, Any]:
+    """Settings of the stages; an update is stated by what was updated, not by where it lay."""
+    stages = {name: of_stage for name, of_stage in vars(settings).items() if name != "update"}
+    return stages if update is None else {**stages, "update": update.parameters}

@@ -90,11 +90,11 @@ MUTANTS = {
 }
 
 
-def ask(folder: Path) -> dict[str, bool]:
-    """Answers of the probes to the package in a folder, without compilation."""
+def ask(folder: Path, probes: Path = PROBES) -> dict[str, bool]:
+    """Answers of probes to the package in a folder, without compilation."""
     environment = {**os.environ, "PYTHONPATH": str(folder), "NUMBA_DISABLE_JIT": "1"}
     run = subprocess.run(
-        [sys.executable, str(PROBES)],
+        [sys.executable, str(probes)],
         env=environment,
         capture_output=True,
         text=True,

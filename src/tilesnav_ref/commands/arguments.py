@@ -76,6 +76,7 @@ def encode_settings(given: argparse.Namespace) -> EncodeSettings:
             visibility=_settings(VisibilitySettings, values),
             lod=_settings(LodSettings, values),
             tileset=_settings(TilesetSettings, values),
+            update=given.update,
         )
     except (SceneError, CellError, ValueError) as error:
         raise UsageError(str(error)) from error
@@ -173,6 +174,12 @@ def _add_encode(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="FOLDER",
         help="keep finished work there until done, so that the same command goes on after it was stopped",
+    )
+    parser.add_argument(
+        "--update",
+        type=Path,
+        metavar="PREVIOUS",
+        help="take over from this tileset of an earlier scene what cells list that see nothing of the change",
     )
     _add_scene_options(parser.add_argument_group("scene"))
     _add_cell_options(parser.add_argument_group("cells"))

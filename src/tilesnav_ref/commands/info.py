@@ -49,8 +49,11 @@ def _overview(figures: dict[str, Any]) -> Table:
 
 
 def _limits(figures: dict[str, Any]) -> list[tuple[str, str]]:
-    """Rows on what bounds visibility, where anything does."""
+    """Rows on what bounds visibility, where anything does, and on an update."""
     rows = []
+    if figures["update"]:
+        kept = figures["update"].get("cellsKept", "unknown")
+        rows.append(("cells kept from an earlier tileset", f"{kept}"))
     if figures["max_range"] is not None:
         rows.append(("range", f"{figures['max_range']:g} m"))
     for kind in ("porous", "one_sided"):

@@ -22,6 +22,7 @@ from tilesnav_ref.tileset.run_report import StageProgress
 LABELS = {
     "scene": "read the scene",
     "cells": "cover the navigable space",
+    "changes": "find what sees the changes",
     "visibility": "see from every cell",
     "levels": "choose levels",
     "deltas": "make deltas",

@@ -32,6 +32,8 @@ class ContentRef:
     """Ascending indices of its primitives that hide nothing."""
     one_sided: tuple[int, ...] = ()
     """Ascending indices of its primitives that are seen from their front only."""
+    sha256: str = ""
+    """Digest of the file as the tileset states it, in hexadecimal digits."""
 
 
 @dataclass(frozen=True)
@@ -144,6 +146,7 @@ def _content_ref(content: Fields, path: Path) -> ContentRef:
         objects,
         _indices(extension, "porous", objects),
         _indices(extension, "oneSided", objects),
+        extension.text("sha256") if extension.has("sha256") else "",
     )
 
 

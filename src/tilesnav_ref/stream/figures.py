@@ -27,6 +27,7 @@ def figures(tileset: NavTileset) -> Figures:
     run = _run_report(tileset.path.parent / REPORT_NAME)
     kinds = np.concatenate([sector.kinds for sector in tileset.sectors])
     provenance = tileset.provenance
+    update = provenance.get("update")
     return {
         "encoder": provenance.get("encoder"),
         "cells": tileset.cell_count,
@@ -50,6 +51,7 @@ def figures(tileset: NavTileset) -> Figures:
         "peak_memory_child": run.get("peakMemoryChild"),
         "scene": provenance.get("scene"),
         "undecided": provenance.get("undecided"),
+        "update": update if isinstance(update, dict) else None,
     }
 
 

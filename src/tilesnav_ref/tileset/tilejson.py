@@ -118,7 +118,7 @@ def _entry(nav_map: NavMap, sectors: list[Sector]) -> Json:
         "portalCount": cells.portal_count,
         "sectors": [_sector(nav_map, sector) for sector in sectors],
         "lod": {"reference": lod.reference, "base": lod.base, "levelCount": lod.level_count},
-        "pvs": {"listed": len(pvs.pvs_faces), "provenVisible": int(np.count_nonzero(pvs.pvs_proven))},
+        "pvs": {"listed": len(pvs.pvs_faces), "provenVisible": int(pvs.proven_counts.sum())},
         **limits,
         "provenance": nav_map.provenance,
     }

@@ -55,8 +55,8 @@ DECISION = 8
 """Weight of deciding a cell in the progress, where a round of lines has weight 1."""
 
 
-class _Run:
-    """One call of `compute_pvs`: what every thread shares, and the threads."""
+class Run:
+    """One call: what every thread shares, and memory for the threads."""
 
     def __init__(
         self, scene: Scene, cells: CellComplex, settings: VisibilitySettings, progress: Progress
@@ -125,7 +125,7 @@ def compute_pvs(
     settings = settings or VisibilitySettings()
     if cells.count == 0:
         return _gather([])
-    run = _Run(scene, cells, settings, progress or _no_progress)
+    run = Run(scene, cells, settings, progress or _no_progress)
     if work is not None:
         run.journal = Journal(work, _digest(scene, cells, settings))
     groups = make_groups(run.boxes, np.arange(cells.count), max(1, settings.pairs // scene.face_count))
@@ -169,7 +169,7 @@ def _common_frame(scene: Scene, cells: CellComplex) -> FineFrame:
     return fine_frame(low, high)
 
 
-def _see_group(run: _Run, pool: ThreadPoolExecutor, group: NDArray[np.int64], found: Sight) -> None:
+def _see_group(run: Run, pool: ThreadPoolExecutor, group: NDArray[np.int64], found: Sight) -> None:
     """Survey a group of cells (ascending numbers), then decide what the survey has not seen."""
 
     def each(work: Callable[[int], None], numbers: Iterable[int]) -> None:
@@ -196,7 +196,7 @@ def _see_group(run: _Run, pool: ThreadPoolExecutor, group: NDArray[np.int64], fo
         run.advance(DECISION * len(part.cells))
 
 
-def _see_block(run: _Run, block: Block, proven: dict[int, NDArray[np.bool_]]) -> Sight:
+def _see_block(run: Run, block: Block, proven: dict[int, NDArray[np.bool_]]) -> Sight:
     name = f"block-{block.cells[0]}"
     kept = run.journal.load(name)
     if kept is not None:
@@ -206,7 +206,7 @@ def _see_block(run: _Run, block: Block, proven: dict[int, NDArray[np.bool_]]) ->
     return found
 
 
-def _work_on_block(run: _Run, block: Block, proven: dict[int, NDArray[np.bool_]]) -> Sight:
+def _work_on_block(run: Run, block: Block, proven: dict[int, NDArray[np.bool_]]) -> Sight:
     work = run.spare.get()
     try:
         while True:
@@ -226,7 +226,7 @@ State = tuple[Block, NDArray[np.bool_], dict[int, NDArray[np.bool_]], int]
 """Block, faces that are not known to be hidden from it, faces seen from cells, level in the tree."""
 
 
-def _see(run: _Run, work: Workspace, state: State, found: Sight) -> None:
+def _see(run: Run, work: Workspace, state: State, found: Sight) -> None:
     """Cull the faces hidden from a block, then go on with its halves, and decide each single cell."""
     run.check_stop()
     block, alive, proven, level = state
@@ -261,7 +261,7 @@ def _random_start(seed: int, block: Block) -> int:
 
 
 def _decide_cell(
-    run: _Run, work: Workspace, cell: int, alive: NDArray[np.bool_], proven: NDArray[np.bool_]
+    run: Run, work: Workspace, cell: int, alive: NDArray[np.bool_], proven: NDArray[np.bool_]
 ) -> Seen:
     reasons = np.zeros(len(REASONS), np.int64)
     decide(run.geometry, work, run.boxes[cell], (proven, alive, reasons), run.budget)

@@ -29,6 +29,9 @@ class PvsTable:
     """Number of kept faces that are neither proven visible nor proven hidden, by the reason why."""
     certificates: Certificates | None = None
     """Proofs for the faces that are not listed, when they were asked for."""
+    proven_before: NDArray[np.int64] | None = None
+    """(N,) numbers of proven visible faces of sets that were taken over from a file, which does not say which
+    faces they are; 0 for other cells. They come on top of those in `pvs_proven`."""
 
     def faces_of(self, cell: int) -> NDArray[np.uint32]:
         """Face numbers of one cell, ascending."""
@@ -38,4 +41,5 @@ class PvsTable:
     def proven_counts(self) -> NDArray[np.int64]:
         """(N,) number of proven visible faces of every cell."""
         total = np.concatenate(([0], np.cumsum(self.pvs_proven, dtype=np.int64)))
-        return np.asarray(total[self.pvs_offsets[1:]] - total[self.pvs_offsets[:-1]], dtype=np.int64)
+        flagged = np.asarray(total[self.pvs_offsets[1:]] - total[self.pvs_offsets[:-1]], dtype=np.int64)
+        return flagged if self.proven_before is None else flagged + self.proven_before
