@@ -10,10 +10,11 @@ import json
 import numpy as np
 from visibility_probes import CELL, FRAME, UNIT, listed, scene_of
 
-from tilesnav_ref.visibility.backs import find_inner_sides
-from tilesnav_ref.visibility.certify import Workspace, back_is_hidden, make_workspace
+from tilesnav_ref.visibility.backs import crossings_of_sheet, find_inner_sides, sheet_hides
+from tilesnav_ref.visibility.certify import Workspace, make_workspace
 from tilesnav_ref.visibility.geometry import Geometry, build_geometry
-from tilesnav_ref.visibility.sight import make_crossed
+from tilesnav_ref.visibility.shaft import set_shaft
+from tilesnav_ref.visibility.sight import find_crossed, make_crossed
 from tilesnav_ref.visibility.units import divide
 
 Triangle = list[tuple[int, int, int]]
@@ -48,7 +49,12 @@ def hidden(triangles: list[Triangle], region: list[list[int]]) -> list[int]:
     """Faces that their own sheets are proved to hide from a region."""
     geometry, work = prepared(triangles)
     cell = np.array(region, float) * UNIT
-    return [face for face in range(len(triangles)) if back_is_hidden(geometry, work, cell, face)]
+    found = []
+    for face, part in enumerate(geometry.corners):
+        set_shaft(work.shaft, cell, part, 3)
+        if sheet_hides(geometry, work, cell, cell, part, face):
+            found.append(face)
+    return found
 
 
 def back_of_a_house() -> bool:
@@ -57,9 +63,12 @@ def back_of_a_house() -> bool:
     return {10, 11} <= set(found) and not {0, 1} & set(found)
 
 
-def back_of_a_house_without_its_front() -> bool:
-    """Through a missing front the far side is visible: the border of the sheet is in the shaft."""
-    return not {8, 9} & set(hidden(box((20, -9, -9), (30, 9, 9))[2:], CELL))
+def back_of_a_house_with_a_hole() -> bool:
+    """Through a small hole in the front the far side is visible: the border of the sheet is in the shaft."""
+    a, b, c, d = (20, -9, -9), (20, 9, -9), (20, 9, 9), (20, -9, 9)
+    p, q, r = (20, -1, -1), (20, 1, -1), (20, 0, 1)
+    front = [[a, b, p], [b, q, p], [b, c, q], [c, r, q], [c, d, r], [d, p, r], [d, a, p]]
+    return not {15, 16} & set(hidden(front + box((20, -9, -9), (30, 9, 9))[2:], CELL))
 
 
 def house_inside_the_region() -> bool:
@@ -87,12 +96,20 @@ def wall_below_a_canopy() -> bool:
     return not {0, 1} & set(hidden(wall + roof, CELL))
 
 
-def fine_wall(y: int, z: int) -> list[Triangle]:
-    """A wall at x = 20 in squares of 2, from -y to y and from -z to z."""
+def sheet_left_by_an_edge() -> bool:
+    """A segment that leaves a box by an edge is in general position with nothing."""
+    geometry, work = prepared(box((20, -9, -9), (30, 9, 9)))
+    start, end = (0.0, 3.0 * UNIT, -0.5 * UNIT), (60.0 * UNIT, 15.0 * UNIT, 2.5 * UNIT)
+    assert find_crossed(geometry, start, end, -1, work.crossed)
+    return bool(crossings_of_sheet(work.sheets, work.crossed, 0) == -1)
+
+
+def fine_wall(top: int) -> list[Triangle]:
+    """A wall at x = 20 in squares of 4, as broad and as deep as it has to be."""
     found: list[Triangle] = []
-    for i in range(-y, y, 2):
-        for j in range(-z, z, 2):
-            found += quad((20, i, j), (20, i + 2, j), (20, i + 2, j + 2), (20, i, j + 2))
+    for i in range(-44, 44, 4):
+        for j in range(-44, top, 4):
+            found += quad((20, i, j), (20, i + 4, j), (20, i + 4, j + 4), (20, i, j + 4))
     return found
 
 
@@ -101,23 +118,24 @@ TARGET: Triangle = [(40, -30, -40), (40, 30, -40), (40, 0, 36)]
 
 def fine_wall_that_is_too_low() -> bool:
     """What a finely divided wall leaves free is visible, as it is behind a plain one."""
-    wall = fine_wall(24, 12)
+    wall = fine_wall(12)
     return len(wall) in listed([*wall, TARGET], [CELL])[0]
 
 
 def fine_wall_that_hides() -> bool:
     """A finely divided wall of more faces than an occluder may have hides what is behind it, as a patch."""
-    wall = fine_wall(44, 44)
+    wall = fine_wall(44)
     return len(wall) not in listed([*wall, TARGET], [CELL])[0]
 
 
 PROBES = (
     back_of_a_house,
-    back_of_a_house_without_its_front,
+    back_of_a_house_with_a_hole,
     house_inside_the_region,
     roof_whose_plane_cuts_the_cell,
     plate_through_the_front,
     wall_below_a_canopy,
+    sheet_left_by_an_edge,
     fine_wall_that_is_too_low,
     fine_wall_that_hides,
 )

@@ -34,7 +34,7 @@ class VisibilitySettings:
     """Random segments tried in a pair that could not be decided."""
     occluder_faces: int = 128
     """Faces in one occluder."""
-    block_cells: int = 32
+    block_cells: int = 128
     """Cells that are treated together first."""
     pairs: int = 2**28
     """Pairs of a cell and a face under survey at a time; each takes two bytes of memory."""
