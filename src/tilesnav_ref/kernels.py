@@ -48,26 +48,26 @@ def cache_folder(package: Path) -> Path | None:
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function with numba: no Python objects, no fast-math, no global lock, cached on disk."""
-    return _compiled(function, {})
+    return _compiled(function, inner=False)
 
 
 def inner_kernel(function: Callable[..., Any]) -> Any:
     """Compile a function as `kernel` does, as part of every kernel that calls it.
 
-    For what is called in inner loops: numba hands over arrays, and tuples of arrays, word by word, which costs
-    more than a small function does.
+    For what is called in inner loops: numba hands over arrays, and tuples of arrays, word by word, which
+    costs more than a small function does.
     """
-    return _compiled(function, {"forceinline": True})
+    return _compiled(function, inner=True)
 
 
-def _compiled(function: Callable[..., Any], options: dict[str, bool]) -> Any:
+def _compiled(function: Callable[..., Any], inner: bool) -> Any:
     folder = cache_folder(Path(function.__code__.co_filename).parent)
     if folder is None:
-        return njit(nogil=True, **options)(function)
+        return njit(nogil=True, forceinline=inner)(function)
     config: Any = numba.config
     before = config.CACHE_DIR
     config.CACHE_DIR = str(folder)  # read once, when the decorator sets the function's cache up
     try:
-        return njit(cache=True, nogil=True, **options)(function)
+        return njit(cache=True, nogil=True, forceinline=inner)(function)
     finally:
         config.CACHE_DIR = before

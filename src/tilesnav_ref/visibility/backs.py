@@ -77,10 +77,11 @@ def _is_clean(geometry, sheets, face):  # type: ignore[no-untyped-def]
 
 @kernel
 def find_inner_sides(geometry, division, crossed):  # type: ignore[no-untyped-def]
-    """Fill `inner` (F,) of a division by probes that leave each face on both sides; only a guess of what is worth trying.
+    """Fill `inner` (F,) of a division by probes that leave each face on both sides.
 
-    A side from which most probes cross the rest of the sheet an odd number of times is inside. Faces that
-    another face of their sheet meets get 0: their sheet is no occluder for them.
+    It is only a guess of what is worth trying. A side from which most probes cross the rest of the sheet an
+    odd number of times is inside. Faces that another face of their sheet meets get 0: their sheet is no
+    occluder for them.
     """
     inner = division.inner
     for face in range(len(inner)):

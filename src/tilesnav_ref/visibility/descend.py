@@ -40,7 +40,7 @@ def count_below(geometry, flags):  # type: ignore[no-untyped-def]
 
 @kernel
 def bound_below(geometry, flags):  # type: ignore[no-untyped-def]
-    """(B, 2, 3) box of the flagged faces below each node of the hierarchy; inf to -inf where there are none."""
+    """(B, 2, 3) box of the flagged faces below each node; inf to -inf where there are none."""
     boxes = np.empty((len(geometry.box_child), 2, 3))
     for node in range(len(boxes) - 1, -1, -1):
         boxes[node, 0], boxes[node, 1] = np.inf, -np.inf

@@ -38,8 +38,8 @@ from tilesnav_ref.visibility.sampling import RayCaster
 from tilesnav_ref.visibility.segments import RANDOM_MODULUS
 from tilesnav_ref.visibility.settings import VisibilitySettings
 from tilesnav_ref.visibility.sight import make_crossed
-from tilesnav_ref.visibility.units import divide
 from tilesnav_ref.visibility.survey import make_survey, run_survey
+from tilesnav_ref.visibility.units import divide
 
 logger = logging.getLogger(__name__)
 

@@ -23,7 +23,7 @@ from tilesnav_ref.visibility.contact import meets_box, meets_relative_interior
 from tilesnav_ref.visibility.exact import orientation
 from tilesnav_ref.visibility.geometry import Geometry
 from tilesnav_ref.visibility.shaft import clears_edge
-from tilesnav_ref.visibility.sight import Crossed, corner
+from tilesnav_ref.visibility.sight import corner
 from tilesnav_ref.visibility.units import Units
 
 PROVED = 0
@@ -175,10 +175,10 @@ def _may_occlude(surface, flood, obstacle, unit):  # type: ignore[no-untyped-def
 
 @inner_kernel
 def _overlap(units, unit, box):  # type: ignore[no-untyped-def]
+    apart = False
     for k in range(3):
-        if units.lower[unit, k] > box[1, k] or units.upper[unit, k] < box[0, k]:
-            return False
-    return True
+        apart = apart or units.lower[unit, k] > box[1, k] or units.upper[unit, k] < box[0, k]
+    return not apart
 
 
 @inner_kernel
@@ -186,15 +186,18 @@ def _keeps_off(surface, units, obstacle, unit):  # type: ignore[no-untyped-def]
     first, last = units.offsets[unit], units.offsets[unit + 1]
     if surface.porous[units.faces[first]]:
         return False
-    if obstacle.face >= 0 and units.of_face[obstacle.face] == unit and last - first == 1:
+    if last - first == 1 and units.faces[first] == obstacle.face:
         return False
     if _overlap(units, unit, obstacle.cell):
         for k in range(first, last):
             if meets_box(surface.corners, units.faces[k], obstacle.cell[0], obstacle.cell[1], False):
                 return False
-    if not _overlap(units, unit, obstacle.box):
-        return True
-    for k in range(first, last):
+    return not _overlap(units, unit, obstacle.box) or _keeps_off_target(surface, units, obstacle, unit)
+
+
+@inner_kernel
+def _keeps_off_target(surface, units, obstacle, unit):  # type: ignore[no-untyped-def]
+    for k in range(units.offsets[unit], units.offsets[unit + 1]):
         face = units.faces[k]
         if obstacle.face < 0:
             if meets_box(surface.corners, face, obstacle.box[0], obstacle.box[1], True):

@@ -48,7 +48,7 @@ class _Inner:
     length: Floats
     """(I,)."""
     agree: Floats
-    """(I,) 1 where both faces run through the edge in opposite directions, so that their normals agree; -1."""
+    """(I,) 1 where both faces run through the edge in opposite directions: their normals agree; else -1."""
 
 
 def label_patches(
@@ -147,13 +147,14 @@ def _may_join(
 ) -> NDArray[np.bool_]:
     one, other, turn = pairs
     turned = pieces.normal * pieces.turn[:, None]
-    total = np.stack([np.bincount(pieces.label, weights=turned[:, k], minlength=count) for k in range(3)], axis=1)
+    sums = [np.bincount(pieces.label, weights=turned[:, k], minlength=count) for k in range(3)]
+    total = np.stack(sums, axis=1)
     size = np.bincount(pieces.label, minlength=count)
     small = size[one] + size[other] <= LARGEST
     area = np.bincount(pieces.label, weights=np.linalg.norm(pieces.normal, axis=1), minlength=count)
     if not flat:
         least, most = np.minimum(area[one], area[other]), np.maximum(area[one], area[other])
-        return small & (least <= DETAIL_AREA * most)
+        return np.asarray(small & (least <= DETAIL_AREA * most))
     product = (total[one] * total[other]).sum(axis=1) * turn
     norms = np.linalg.norm(total[one], axis=1) * np.linalg.norm(total[other], axis=1)
-    return small & (product >= FLAT * norms)
+    return np.asarray(small & (product >= FLAT * norms))

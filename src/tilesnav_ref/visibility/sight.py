@@ -164,7 +164,7 @@ def make_crossed(nearest: int) -> Crossed:
 
 @kernel
 def find_crossed(geometry, c, t, target, crossed):  # type: ignore[no-untyped-def]
-    """Opaque faces other than `target` that the segment crosses or touches; whether there was room for all."""
+    """Opaque faces but `target` that a segment crosses or touches; returns whether there was room for all."""
     stack = np.empty(STACK, np.int32)
     inverse = inverse_direction(c, t)
     crossed.counts[:] = 0

@@ -53,8 +53,8 @@ def divide(geometry: Geometry, faces: NDArray[np.int32]) -> Division:
         label_patches(geometry.corners, faces, edges, opaque),
         label_sheets(edges, opaque, len(geometry.edge_ends)),
     )
-    units = [make_units(label, edges, geometry.corners) for label in labels]
-    return Division(*units, np.zeros(len(edges), np.int8))
+    single, patches, sheets = (make_units(label, edges, geometry.corners) for label in labels)
+    return Division(single, patches, sheets, np.zeros(len(edges), np.int8))
 
 
 FINE = 8
