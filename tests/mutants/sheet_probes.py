@@ -76,6 +76,17 @@ def house_inside_the_region() -> bool:
     return not {10, 11} & set(hidden(box((20, -3, -3), (90, 3, 3)), [[0, -9, -9], [60, 9, 9]]))
 
 
+def house_inside_the_next_region() -> bool:
+    """What was found out for one region is not taken for true of the next, which holds the front."""
+    geometry, work = prepared(box((20, -3, -3), (90, 3, 3)))
+    found = []
+    for region in (CELL, [[0, -9, -9], [60, 9, 9]]):
+        cell = np.array(region, float) * UNIT
+        set_shaft(work.shaft, cell, geometry.corners[10], 3)
+        found.append(sheet_hides(geometry, work, cell, cell, geometry.corners[10], 10))
+    return found == [True, False]
+
+
 def roof_whose_plane_cuts_the_cell() -> bool:
     """The top of a box is visible from the part of the cell above it."""
     return not {8, 9} & set(hidden(box((20, -9, -9), (30, 9, 1)), CELL))
@@ -132,6 +143,7 @@ PROBES = (
     back_of_a_house,
     back_of_a_house_with_a_hole,
     house_inside_the_region,
+    house_inside_the_next_region,
     roof_whose_plane_cuts_the_cell,
     plate_through_the_front,
     wall_below_a_canopy,

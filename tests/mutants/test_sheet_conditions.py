@@ -21,6 +21,12 @@ MUTANTS = {
         "states[sheet] = OPEN",
         "house_inside_the_region",
     ),
+    "what is known of sheets holds for one region": (
+        "visibility/backs.py",
+        "if not np.array_equal(known, region):",
+        "if not known.any():",
+        "house_inside_the_next_region",
+    ),
     "the region is on one side of the target": (
         "visibility/backs.py",
         "if side == 0 or work.shaft.counts[2] != side:",

@@ -19,7 +19,7 @@ from tilesnav_ref.scene.analytic import SCENES
 from tilesnav_ref.stream.reader import open_tileset
 from tilesnav_ref.visibility import VisibilitySettings
 
-FEW = ("--quiet", "--rays", "300", "--keep-interiors", "--min-cell", "0.5", "--max-cell", "4")
+FEW = ("--quiet", "--rays", "300", "--keep-interiors", "--min-cell", "0.5", "--max-cell", "2")
 
 
 @pytest.fixture(scope="module")

@@ -87,6 +87,11 @@ def test_proofs_are_cut_where_one_occluder_does_not_do() -> None:
     assert (table.certificates.tables(0, 2).cuts > 0).any()
 
 
+def test_proofs_are_refused_where_faces_are_left_out_for_their_distance() -> None:
+    with pytest.raises(ValueError, match="certificates: found one-sided faces or a range"):
+        _table("one_wall", VisibilitySettings(rays=1, certificates=True, max_range=5.0))
+
+
 def test_keeping_proofs_changes_no_set() -> None:
     kept = _table("box_in_room", KEEP)
     plain = _table("box_in_room", VisibilitySettings(rays=500, threads=1))

@@ -133,8 +133,15 @@ def _votes(geometry, sheets, crossed, what):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def sheet_keeps_off(corners, sheets, states, sheet, region):  # type: ignore[no-untyped-def]
-    """Whether no face of a sheet meets the open region (2, 3); remembered in `states` (S,)."""
+def sheet_keeps_off(corners, sheets, memory, sheet, region):  # type: ignore[no-untyped-def]
+    """Whether no face of a sheet meets the open region (2, 3).
+
+    `memory` is (states (S,), the region (2, 3) that they hold for); another region begins anew.
+    """
+    states, known = memory
+    if not np.array_equal(known, region):
+        known[:] = region
+        states[:] = UNKNOWN
     if states[sheet] == UNKNOWN:
         states[sheet] = OPEN
         for k in range(sheets.offsets[sheet], sheets.offsets[sheet + 1]):
@@ -237,9 +244,10 @@ def sheet_hides(geometry, work, region, box, part, face):  # type: ignore[no-unt
     sheet = work.sheets.of_face[face]
     if side == 0 or work.shaft.counts[2] != side:
         return False
-    if not sheet_keeps_off(geometry.corners, work.sheets, work.states, sheet, region) or not border_clears(
-        geometry.edge_ends, work.sheets, work.shaft, sheet
-    ):
+    memory = work.states, work.region
+    if not sheet_keeps_off(geometry.corners, work.sheets, memory, sheet, region):
+        return False
+    if not border_clears(geometry.edge_ends, work.sheets, work.shaft, sheet):
         return False
     for _ in range(SEGMENTS):
         segment = (inner_point(work.random, box), inner_point_of_face(work.random, part))

@@ -70,7 +70,9 @@ class Workspace(NamedTuple):
     inner: NDArray[np.int8]
     """(F,) see Division."""
     states: NDArray[np.int8]
-    """(S,) what is known of each sheet and the present region (backs.py)."""
+    """(S,) what is known of each sheet and the region below (backs.py)."""
+    region: NDArray[np.float64]
+    """(2, 3)."""
 
 
 class Budget(NamedTuple):
@@ -105,6 +107,7 @@ def make_workspace(
         division.sheets,
         division.inner,
         np.zeros(len(division.sheets.offsets) - 1, np.int8),
+        np.zeros((2, 3)),
     )
 
 

@@ -123,6 +123,8 @@ def compute_pvs(
     The same scene, cells and settings give the same table on any number of threads.
     """
     settings = settings or VisibilitySettings()
+    if settings.certificates and (settings.max_range is not None or scene.one_sided.any()):
+        raise ValueError("certificates: found one-sided faces or a range, of which there are no proofs")
     if cells.count == 0:
         return _gather([])
     run = Run(scene, cells, settings, progress or _no_progress)
@@ -233,7 +235,6 @@ def _see(run: Run, work: Workspace, state: State, found: Sight) -> None:
     alive = alive.copy()
     leave_out(run.geometry, block.box, alive)
     work.random[0] = _random_start(run.settings.seed, block)
-    work.states[:] = 0
     if not block.halves:
         cell = block.cells[0]
         found.cells[cell] = _decide_cell(run, work, cell, alive, proven[cell].copy())

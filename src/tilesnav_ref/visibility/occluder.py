@@ -55,7 +55,7 @@ class Flood(NamedTuple):
     units: Units
     """What is added at a time."""
     stamps: NDArray[np.int64]
-    """(3,) number of the flood, of the group of floods, of the obstacle."""
+    """(3,) number of the flood, of the group of floods for one shaft, of the obstacle."""
     unit_mark: NDArray[np.int64]
     """(U,) the unit is in M."""
     edge_mark: NDArray[np.int64]
@@ -84,7 +84,7 @@ def make_flood(geometry: Geometry, units: Units, limit: int) -> Flood:
     longest = int(np.diff(units.border_offsets).max(initial=0)) + 3
     return Flood(
         units,
-        np.zeros(3, np.int64),
+        np.ones(3, np.int64),
         np.zeros(count, np.int64),
         np.zeros(edges, np.int64),
         np.zeros(edges, np.bool_),
@@ -127,7 +127,8 @@ def prove_hidden(surface, flood, work, obstacle, seed, how):  # type: ignore[no-
     """Try to prove by one occluder through face `seed` that no segment of the shaft reaches its target.
 
     `work` is (shaft, what the segment meets); `how` is (start of the segment,
-    whether to stop at silhouettes). Returns PROVED or the reason of failure.
+    whether to stop at silhouettes). Another shaft needs another number of the group, another obstacle another
+    number of its own. Returns PROVED or the reason of failure.
     """
     units = flood.units
     shaft, crossed = work
