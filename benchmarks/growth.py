@@ -83,16 +83,20 @@ def _clocked(scene: Scene, cells, settings: VisibilitySettings) -> tuple[float, 
     return process_time() - begin, table
 
 
-def show(points: list[Point]) -> None:
-    """Print the table as Markdown."""
+def head() -> None:
+    """Print the head of a table in Markdown."""
     print(f"| faces | cells | ms a cell | {RAYS:,} rays, ms a cell | ratio | faces listed | overestimate |")
-    print("|---|---|---|---|---|---|---|")
-    for p in points:
-        print(
-            f"| {p.faces:,} | {p.cells} | {1e3 * p.seconds:,.0f} | {1e3 * p.sampling:,.0f} |"
-            f" {p.seconds / p.sampling:.1f} | {p.listed:,.0f} | {p.overestimate:.3f} |",
-            flush=True,
-        )
+    print("|---|---|---|---|---|---|---|", flush=True)
+
+
+def show(p: Point) -> Point:
+    """Print a row of the table as soon as it is there, and return it."""
+    print(
+        f"| {p.faces:,} | {p.cells} | {1e3 * p.seconds:,.0f} | {1e3 * p.sampling:,.0f} |"
+        f" {p.seconds / p.sampling:.1f} | {p.listed:,.0f} | {p.overestimate:.3f} |",
+        flush=True,
+    )
+    return p
 
 
 def plot(by_faces: list[Point], by_cells: list[Point], path: Path) -> None:
@@ -123,12 +127,12 @@ def main() -> int:
     parser.add_argument("--repeat", type=int, default=2)
     parser.add_argument("--plot", type=Path, help="file to draw, .svg or .png; needs the extra 'bench'")
     arguments = parser.parse_args()
-    by_faces = [measure(town(n), arguments.cells[1], arguments) for n in arguments.faces]
-    show(by_faces)
+    head()
+    by_faces = [show(measure(town(n), arguments.cells[1], arguments)) for n in arguments.faces]
     print()
+    head()
     scene = town(arguments.faces[1])
-    by_cells = [measure(scene, n, arguments) for n in arguments.cells]
-    show(by_cells)
+    by_cells = [show(measure(scene, n, arguments)) for n in arguments.cells]
     if arguments.plot:
         plot(by_faces, by_cells, arguments.plot)
     return 0
