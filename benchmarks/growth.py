@@ -26,7 +26,7 @@ from tilesnav_ref.visibility.model import PvsTable
 RAYS = 100_000
 PITCH = 25
 """Metres; sides of towns are multiples of it."""
-DENSITY = 1.4
+DENSITY = 1.95
 """Faces a square metre of a town of median detail, about."""
 
 
