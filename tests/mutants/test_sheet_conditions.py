@@ -1,10 +1,9 @@
 """Each condition under which a sheet hides its own faces, removed: a probe must become unsound."""
 
-import shutil
 from pathlib import Path
 
 import pytest
-from test_visibility_conditions import PACKAGE, ask
+from test_visibility_conditions import answer_without, ask, copy_of_package
 
 PROBES = Path(__file__).parent / "sheet_probes.py"
 
@@ -68,9 +67,7 @@ MUTANTS = {
 
 @pytest.fixture(scope="module")
 def sources(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("sources")
-    shutil.copytree(PACKAGE, folder / "tilesnav_ref", ignore=shutil.ignore_patterns("__pycache__"))
-    return folder
+    return copy_of_package(tmp_path_factory.mktemp("sources"))
 
 
 def test_the_sources_answer_every_probe_soundly(sources):
@@ -81,12 +78,4 @@ def test_the_sources_answer_every_probe_soundly(sources):
 
 @pytest.mark.parametrize("condition", MUTANTS)
 def test_without_the_condition_a_probe_becomes_unsound(condition, sources):
-    name, text, changed, probe = MUTANTS[condition]
-    path = sources / "tilesnav_ref" / name
-    original = path.read_text()
-    assert original.count(text) == 1, f"the text of the condition has moved: {condition}"
-    path.write_text(original.replace(text, changed))
-    try:
-        assert ask(sources, PROBES)[probe] is False
-    finally:
-        path.write_text(original)
+    assert answer_without(MUTANTS[condition], sources, PROBES) is False

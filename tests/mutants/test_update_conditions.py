@@ -1,10 +1,9 @@
 """Each condition under which a set is taken over, removed from a copy of the sources: a set becomes wrong."""
 
-import shutil
 from pathlib import Path
 
 import pytest
-from test_visibility_conditions import PACKAGE, ask
+from test_visibility_conditions import answer_without, ask, copy_of_package
 
 PROBES = Path(__file__).parent / "update_probes.py"
 
@@ -80,9 +79,7 @@ MUTANTS = {
 
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("update")
-    shutil.copytree(PACKAGE, folder / "tilesnav_ref", ignore=shutil.ignore_patterns("__pycache__"))
-    return folder
+    return copy_of_package(tmp_path_factory.mktemp("update"))
 
 
 def test_the_sources_answer_every_probe_rightly(copy):
@@ -93,12 +90,4 @@ def test_the_sources_answer_every_probe_rightly(copy):
 
 @pytest.mark.parametrize("condition", MUTANTS)
 def test_without_the_condition_a_set_is_wrong(condition, copy):
-    name, text, changed, probe = MUTANTS[condition]
-    path = copy / "tilesnav_ref" / name
-    original = path.read_text()
-    assert original.count(text) == 1, f"the text of the condition has moved: {condition}"
-    path.write_text(original.replace(text, changed))
-    try:
-        assert ask(copy, PROBES)[probe] is False
-    finally:
-        path.write_text(original)
+    assert answer_without(MUTANTS[condition], copy, PROBES) is False

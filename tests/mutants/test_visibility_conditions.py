@@ -105,11 +105,28 @@ def ask(folder: Path, probes: Path = PROBES) -> dict[str, bool]:
     return answers
 
 
-@pytest.fixture(scope="module")
-def sources(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("sources")
+def answer_without(condition: tuple[str, str, str, str], folder: Path, probes: Path = PROBES) -> bool:
+    """Answer of the probe of a condition (file, text, changed text, probe) to sources without it."""
+    name, text, changed, probe = condition
+    path = folder / "tilesnav_ref" / name
+    original = path.read_text()
+    assert original.count(text) == 1, f"the text of the condition has moved: {text}"
+    path.write_text(original.replace(text, changed))
+    try:
+        return ask(folder, probes)[probe]
+    finally:
+        path.write_text(original)
+
+
+def copy_of_package(folder: Path) -> Path:
+    """A folder with a copy of the package that can be changed."""
     shutil.copytree(PACKAGE, folder / "tilesnav_ref", ignore=shutil.ignore_patterns("__pycache__"))
     return folder
+
+
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory):
+    return copy_of_package(tmp_path_factory.mktemp("sources"))
 
 
 def test_the_sources_answer_every_probe_soundly(sources):
@@ -120,12 +137,4 @@ def test_the_sources_answer_every_probe_soundly(sources):
 
 @pytest.mark.parametrize("condition", MUTANTS)
 def test_without_the_condition_a_probe_becomes_unsound(condition, sources):
-    name, text, changed, probe = MUTANTS[condition]
-    path = sources / "tilesnav_ref" / name
-    original = path.read_text()
-    assert original.count(text) == 1, f"the text of the condition has moved: {condition}"
-    path.write_text(original.replace(text, changed))
-    try:
-        assert ask(sources)[probe] is False
-    finally:
-        path.write_text(original)
+    assert answer_without(MUTANTS[condition], sources) is False

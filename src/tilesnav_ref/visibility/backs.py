@@ -15,7 +15,7 @@ from tilesnav_ref.visibility.contact import meets_box, meets_relative_interior
 from tilesnav_ref.visibility.exact import COORDINATE_BITS, orientation
 from tilesnav_ref.visibility.record import OPEN as OPEN_WORDS
 from tilesnav_ref.visibility.record import put, set_word
-from tilesnav_ref.visibility.segments import inner_point, inner_point_of_face
+from tilesnav_ref.visibility.segments import inner_point, inner_point_of_face, weighted_point
 from tilesnav_ref.visibility.shaft import clears_edge, is_beyond
 from tilesnav_ref.visibility.sight import STACK, corner, find_crossed
 
@@ -24,6 +24,7 @@ UNKNOWN, BLOCKED, OPEN = 0, 1, 2
 SEGMENTS = 3
 """Segments that are tried when one is not in general position."""
 PROBES = 3
+"""Probes from each side of a face: an odd number, so that most of them say one thing."""
 REACH = 2.0**29
 """Length of a probe in fine units, about."""
 FARTHEST = 2.0**COORDINATE_BITS - 1.0
@@ -73,8 +74,6 @@ def _is_clean(geometry, sheets, face):  # type: ignore[no-untyped-def]
     return True
 
 
-
-
 @kernel
 def find_inner_sides(geometry, division, crossed):  # type: ignore[no-untyped-def]
     """Fill `inner` (F,) of a division by probes that leave each face on both sides.
@@ -113,8 +112,8 @@ def _votes(geometry, sheets, crossed, what):  # type: ignore[no-untyped-def]
     size = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
     if size == 0.0:
         return 0
-    t = (p[0, 0] / 2 + p[1, 0] / 4 + p[2, 0] / 4, p[0, 1] / 2 + p[1, 1] / 4 + p[2, 1] / 4,
-         p[0, 2] / 2 + p[1, 2] / 4 + p[2, 2] / 4)
+    t = weighted_point(p, (2, 1, 1), 4)
+    # Any ways upwards in different directions do: proofs do not rest on them.
     ways = ((0.62, 0.35, 0.73), (-0.71, 0.41, 0.67), (0.23, -0.77, 0.7))
     found = 0
     for way in ways:

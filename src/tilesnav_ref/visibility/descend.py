@@ -25,20 +25,6 @@ PASS = 15
 
 
 @kernel
-def count_below(geometry, flags):  # type: ignore[no-untyped-def]
-    """(B,) number of flagged faces below each node of the hierarchy."""
-    count = np.zeros(len(geometry.box_child), np.int32)
-    for node in range(len(count) - 1, -1, -1):
-        child = geometry.box_child[node]
-        if child >= 0:
-            count[node] = count[child] + count[child + 1]
-            continue
-        for k in range(geometry.box_first[node], geometry.box_first[node] + geometry.box_count[node]):
-            count[node] += flags[geometry.face_order[k]]
-    return count
-
-
-@kernel
 def bound_below(geometry, flags):  # type: ignore[no-untyped-def]
     """(B, 2, 3) box of the flagged faces below each node; inf to -inf where there are none."""
     boxes = np.empty((len(geometry.box_child), 2, 3))

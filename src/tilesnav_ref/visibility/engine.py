@@ -234,7 +234,7 @@ def _see(run: Run, work: Workspace, state: State, found: Sight) -> None:
     block, alive, proven, level = state
     alive = alive.copy()
     leave_out(run.geometry, block.box, alive)
-    work.random[0] = _random_start(run.settings.seed, block)
+    work.random[0] = random_start(run.settings.seed, block)
     if not block.halves:
         cell = block.cells[0]
         found.cells[cell] = _decide_cell(run, work, cell, alive, proven[cell].copy())
@@ -255,7 +255,7 @@ def _keep_proofs(work: Workspace, block: Block, found: Sight) -> None:
         found.proofs.append(Proofs(block.cells, block.box, take(work.record)))
 
 
-def _random_start(seed: int, block: Block) -> int:
+def random_start(seed: int, block: Block) -> int:
     """A start that depends on the block alone, not on the thread that happens to treat it."""
     words = np.random.SeedSequence([seed, block.cells[0], len(block.cells)]).generate_state(1)
     return 1 + int(words[0]) % (RANDOM_MODULUS - 1)

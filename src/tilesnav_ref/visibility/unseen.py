@@ -18,9 +18,9 @@ from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility.blocks import Block, make_blocks
 from tilesnav_ref.visibility.certify import HIDDEN, Workspace, decide_face
 from tilesnav_ref.visibility.descend import cull
-from tilesnav_ref.visibility.engine import Run
+from tilesnav_ref.visibility.engine import Run, random_start
 from tilesnav_ref.visibility.limits import leave_out
-from tilesnav_ref.visibility.segments import RANDOM_MODULUS, extremes_see
+from tilesnav_ref.visibility.segments import extremes_see
 from tilesnav_ref.visibility.settings import VisibilitySettings
 
 
@@ -115,8 +115,7 @@ def _ask(question: _Question, block: Block, faces: NDArray[np.bool_]) -> int:
 def _fresh(run: Run, block: Block) -> Workspace:
     """Memory in which nothing is remembered: what is found depends on the block alone."""
     work = run.workspace(0)
-    words = np.random.SeedSequence([run.settings.seed, block.cells[0], len(block.cells)]).generate_state(1)
-    work.random[0] = 1 + int(words[0]) % (RANDOM_MODULUS - 1)
+    work.random[0] = random_start(run.settings.seed, block)
     return work
 
 
