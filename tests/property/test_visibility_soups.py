@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
+from update_reference import seen_by_definition
 from visibility_reference import half_open_meets, make_flagged, make_scene, point, visible_by
 
 from tilesnav_ref.cells.model import CellComplex
@@ -140,29 +141,13 @@ def flagged_pvs(scene, work):
     return set(table.faces_of(0).tolist()), set(table.pvs_faces[table.pvs_proven].tolist())
 
 
-def seen_by_definition(scene, reach, tries):
-    """As `seen_faces`, for faces that are porous or one-sided and segments that are shorter than a range."""
-    rng = random.Random(11)
-    found = set()
-    for target, own in enumerate(scene.corners()):
-        for _ in range(tries):
-            share = [Fraction(rng.randint(1, 31), 32) for _ in range(3)]
-            c = point(int(lo) + s * int(up - lo) for (lo, up), s in zip(CELL.T, share, strict=True))
-            w = np.array([rng.randint(1, 20) for _ in range(3)])
-            t = point(Fraction(int(x), int(w.sum())) for x in w @ own)
-            if visible_by(scene, c, t, target, reach):
-                found.add(target)
-                break
-    return found
-
-
 @given(soup, numbers, numbers, st.booleans())
 @settings(max_examples=150)
 def test_a_face_that_a_segment_sees_by_any_definition_is_listed(triangles, porous, sided, limited):
     scene = make_flagged(triangles, porous, sided)
     work, reach = (WITHIN, Fraction(6)) if limited else (SETTINGS, None)
     listed, proven = flagged_pvs(scene, work)
-    assert seen_by_definition(scene, reach, 12) <= listed
+    assert seen_by_definition(scene, CELL, reach, 12) <= listed
     assert proven <= listed
 
 
