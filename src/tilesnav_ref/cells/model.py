@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,20 +11,37 @@ KIND_AERIAL = 0
 KIND_GROUND = 1
 
 
+def box_corners(lower: NDArray[np.int64], upper: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Corners of boxes (N, 3), (N, 3) as (N, 8, 3); corner i is on the upper side of axis k where bit k of i
+    is set.
+
+    Examples
+    --------
+    >>> box_corners(np.zeros((1, 3), np.int64), np.array([[1, 2, 3]]))[0, 5].tolist()
+    [1, 0, 3]
+    """
+    upper_side = (np.arange(8)[:, None] >> np.arange(3)) & 1 > 0
+    return np.where(upper_side, upper[:, None], lower[:, None])
+
+
 @dataclass(frozen=True)
 class CellComplex:
-    """Box cells on the grid and their portal graph.
+    """Cells with corners on the grid, and their portal graph.
 
     Notes
     -----
+    A cell is a prism over a trapezoid, or a box: there are axes u, v and w such that the coordinates u and w
+    of a corner depend on nothing but its side of that axis, and v on its sides of u and of v. So the sides
+    across u and w are normal to them, and the two sides across v may slant along u.
+
     Directed portals of cell i are ``portal_offsets[i]:portal_offsets[i + 1]``, with ascending targets. Both
-    directions of a portal have the same polygon index. Polygons are rectangles of four vertices in order.
+    directions of a portal have the same polygon index. Polygons have four vertices in order.
     """
 
     lower: NDArray[np.int64]
-    """(N, 3) grid coordinates, nav frame."""
+    """(N, 3) least grid coordinates, nav frame."""
     upper: NDArray[np.int64]
-    """(N, 3) grid coordinates, greater than lower in every component."""
+    """(N, 3) greatest grid coordinates, greater than lower in every component."""
     kinds: NDArray[np.uint8]
     """(N,) KIND_AERIAL or KIND_GROUND."""
     portal_offsets: NDArray[np.int64]
@@ -40,6 +57,14 @@ class CellComplex:
     coverage: float
     """Share of the reachable free volume beyond the clearance that the cells cover, 0 to 1, measured by
     random points."""
+    corners: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 8, 3), np.int64))
+    """(N, 8, 3) grid coordinates; corner i is on the upper side of axis k where bit k of i is set. Without
+    them the cells are boxes."""
+
+    def __post_init__(self) -> None:
+        """Corners of boxes where none were given."""
+        if len(self.corners) != len(self.lower):
+            object.__setattr__(self, "corners", box_corners(self.lower, self.upper))
 
     @property
     def count(self) -> int:
