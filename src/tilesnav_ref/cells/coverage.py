@@ -14,6 +14,8 @@ cell; without such points it is 0.
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +24,9 @@ from tilesnav_ref.cells.flood import CLEAR, REACHED, VoxelFlood, spread
 from tilesnav_ref.cells.overlap import meets_box
 from tilesnav_ref.cells.prisms import holds_point, prism_bounds
 from tilesnav_ref.kernels import kernel
+from tilesnav_ref.processors import thread_count
+
+_POINTS_A_TASK = 20_000
 
 
 @kernel
@@ -64,6 +69,18 @@ def _joined(
 
 
 @kernel
+def _in_reached_voxel(
+    point: NDArray[np.int64], voxels: tuple[NDArray[np.int64], int, int, NDArray[np.uint8]]
+) -> bool:
+    """Whether the point's voxel is reached: its inflation is clear, so the point is free and joined to it."""
+    origin, size, _, states = voxels
+    place, inside = (point - origin) // size, True
+    for k in range(3):
+        inside = inside and 0 <= place[k] < states.shape[k]
+    return bool(inside and states[place[0], place[1], place[2]] == REACHED)
+
+
+@kernel
 def _classify(
     corners: NDArray[np.int64],
     frame: tuple[NDArray[np.int64], int, NDArray[np.int64]],
@@ -77,6 +94,9 @@ def _classify(
     marks, room = np.full(len(corners), -1, np.int64), np.empty(len(corners), np.int64)
     box, hits, normal = np.empty((2, 3), np.int64), np.empty((27, 3), np.int64), np.empty(3, np.int64)
     for p in range(len(points)):
+        if _in_reached_voxel(points[p], voxels):
+            result[p] = 2
+            continue
         box[0], box[1] = points[p] - clearance - size, points[p] + clearance + size
         near = room[: gather(frame, lists, box, (marks, p), room)]
         box[0], box[1] = points[p] - clearance, points[p] + clearance
@@ -152,7 +172,7 @@ def measure_coverage(
     buckets: FaceBuckets,
     flood: VoxelFlood,
     points: NDArray[np.int64],
-    clearance: int,
+    limits: tuple[int, int],
 ) -> float:
     """Share of the free and reachable points that lie in a prism; see the module's notes.
 
@@ -166,10 +186,14 @@ def measure_coverage(
         Voxels, with REACHED set.
     points
         (P, 3) grid.
-    clearance
-        Grid steps.
+    limits
+        Clearance, grid steps; threads, 0: one for each usable processor.
     """
+    clearance, threads = limits
     frame, lists = (buckets.origin, buckets.size, buckets.shape), (buckets.offsets, buckets.faces)
     voxels = (flood.origin, flood.size, clearance, flood.states)
-    asked = points[_classify(buckets.corners, frame, lists, voxels, points) == 2]
+    parts = np.array_split(points, -(-len(points) // _POINTS_A_TASK))
+    with ThreadPoolExecutor(thread_count(threads)) as pool:
+        states = list(pool.map(lambda part: _classify(buckets.corners, frame, lists, voxels, part), parts))
+    asked = points[np.concatenate(states) == 2]
     return float(np.mean(locate_points(prisms, asked) >= 0)) if len(asked) else 0.0

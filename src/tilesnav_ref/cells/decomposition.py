@@ -137,7 +137,7 @@ def decompose(
     points = np.random.default_rng(settings.coverage_seed).integers(
         domain[0], domain[1], size=(settings.coverage_points, 3), endpoint=True
     )
-    coverage = measure_coverage(prisms, buckets, flood, points, sizes.clearance)
+    coverage = measure_coverage(prisms, buckets, flood, points, (sizes.clearance, settings.threads))
     _LOG.info("%d cells, %d portals, coverage %.4f", len(prisms), len(targets), coverage)
     bounds = prism_bounds(prisms)
     return CellComplex(
