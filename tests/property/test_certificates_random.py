@@ -12,7 +12,7 @@ from certificate_fixture import complaints, one_certificate
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tilesnav_validator import cuttrees, proofs, shafts
+from tilesnav_validator import cuttrees, prisms, proofs, shafts
 
 Point = tuple[Fraction, Fraction, Fraction]
 Triangle = tuple[Any, Any, Any]
@@ -53,7 +53,7 @@ def means(random: np.random.Generator, corners: Any, count: int) -> Iterator[Poi
 
 
 def box_corners(low: Any, high: Any) -> list[Any]:
-    return shafts.box_corners(np.array([low]), np.array([high]))[0].tolist()
+    return prisms.box_corners(np.array([low]), np.array([high]))[0].tolist()
 
 
 def soup(random: np.random.Generator) -> tuple[list[Any], list[int], list[int]]:
@@ -123,7 +123,7 @@ def test_cleared_edges_are_not_met(boxed: bool, target: Any, start: Any, end: An
     low, high = [0, 0, 0], [4, 4, 4]
     target = [minus(corner, (-6, 0, 0)) for corner in target]
     corners = box_corners(np.min(target, axis=0), np.max(target, axis=0)) if boxed else target
-    parts = shafts.Parts(np.array([low]), np.array([high]), np.array([corners]))
+    parts = shafts.Parts(np.array([box_corners(low, high)]), np.array([corners]))
     zero = np.zeros(1, np.int64)
     if len(shafts.open_edges(parts, zero, np.array([start]), np.array([end]))):
         return
@@ -152,7 +152,7 @@ def _reached(t: Any, x: Any, low: list[int], high: list[int]) -> bool:
 def test_parts_of_a_tree_fill_region_and_target() -> None:
     """Every point of region and target, borders of parts left out, is in exactly one leaf."""
     random = np.random.default_rng(4)
-    box, triangle = (-8, 0, 3, 8, 16, 19), (0, 0, 0, 64, 0, 0, 0, 64, 0)
+    box, triangle = (-8, 0, 3, 8, 16, 19, 0, 16), (0, 0, 0, 64, 0, 0, 0, 64, 0)
     for _ in range(20):
         codes: list[int] = []
         pending = [0]
@@ -161,15 +161,15 @@ def test_parts_of_a_tree_fill_region_and_target() -> None:
             code = int(random.integers(1, 7)) if depth < 3 and random.random() < 0.8 else 0
             codes.append(code)
             pending += [depth + 1] * (2 if code else 0)
-        parts = list(cuttrees.leaves(bytes(codes), box, triangle))
+        parts = list(cuttrees.leaves(bytes(codes), box, 0, triangle))
         volume = sum(
-            np.prod(np.subtract(part[3:], part[:3]))
+            np.prod(np.subtract(part[3:6], part[:3]))
             * abs((t[3] - t[0]) * (t[7] - t[1]) - (t[4] - t[1]) * (t[6] - t[0]))
             for part, t in parts
         )
         assert volume == 16**3 * 64**2
         for c, t in zip(
-            means(random, box_corners(box[:3], box[3:]), 10),
+            means(random, box_corners(box[:3], box[3:6]), 10),
             means(random, np.reshape(triangle, (3, 3)), 10),
             strict=True,
         ):

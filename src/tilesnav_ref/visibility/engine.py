@@ -252,7 +252,8 @@ def _see(run: Run, work: Workspace, state: State, found: Sight) -> None:
 
 def _keep_proofs(work: Workspace, block: Block, found: Sight) -> None:
     if len(work.record.words) and not is_full(work.record):
-        found.proofs.append(Proofs(block.cells, block.box, take(work.record)))
+        corners = block.box[np.arange(8)[:, None] >> np.arange(3) & 1, np.arange(3)]
+        found.proofs.append(Proofs(block.cells, corners, take(work.record)))
 
 
 def random_start(seed: int, block: Block) -> int:
