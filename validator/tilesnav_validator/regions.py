@@ -93,10 +93,16 @@ def outside(
         np.column_stack([shapes[slanted], rows[slanted]]), axis=0, return_inverse=True
     )
     whole = [_over_one_denominator(point) for point in points]
-    left = [not all(_between(point, row) for point in whole) for row in distinct.tolist()]
-    wrong[slanted] = np.array(left, dtype=bool)[which.reshape(-1)]
+    beside = [
+        next((number for number, point in enumerate(whole) if not _between(point, row)), None)
+        for row in distinct.tolist()
+    ]
     for index in np.flatnonzero(wrong):
         yield int(index), f"from {[float(x) for x in low]} to {[float(x) for x in high]} units"
+    for index, row in zip(slanted.tolist(), which.reshape(-1).tolist(), strict=True):
+        number = beside[row]
+        if number is not None:
+            yield index, f"corner {[float(x) for x in points[number]]} units"
 
 
 def _over_one_denominator(point: list[Fraction]) -> Whole:
