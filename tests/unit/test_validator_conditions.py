@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from fractions import Fraction
 from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
 from certificate_fixture import box_triangles, complaints, one_certificate
+from clipping_reference import along, box_sides, common
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -312,43 +311,6 @@ POINT = st.tuples(SMALL, SMALL, SMALL)
 TRIANGLE = st.tuples(POINT, POINT, POINT).filter(
     lambda t: bool(np.cross(np.subtract(t[1], t[0]), np.subtract(t[2], t[0])).any())
 )
-HalfSpace = Callable[[tuple[Fraction, ...]], Fraction]
-
-
-def clipped(polygon: list[tuple[Fraction, ...]], inside: HalfSpace) -> list[tuple[Fraction, ...]]:
-    """Part of a convex polygon, a segment or a point where a linear function is not negative."""
-    kept = []
-    for index, here in enumerate(polygon):
-        after = polygon[(index + 1) % len(polygon)]
-        one, two = inside(here), inside(after)
-        if one >= 0:
-            kept.append(here)
-        if one * two < 0:
-            kept.append(tuple(a + one / (one - two) * (b - a) for a, b in zip(here, after, strict=True)))
-    return kept
-
-
-def common(triangle: Any, sides: list[HalfSpace], strict: list[bool]) -> bool:
-    """Whether a closed triangle has a point within half-spaces, some of them open."""
-    polygon = [tuple(map(Fraction, corner)) for corner in triangle]
-    for side in sides:
-        polygon = clipped(polygon, side)
-    if not polygon:
-        return False
-    middle = tuple(sum(axis, Fraction(0)) / len(polygon) for axis in zip(*polygon, strict=True))
-    return all(side(middle) > 0 for side, is_open in zip(sides, strict, strict=True) if is_open)
-
-
-def along(normal: Any, base: Any) -> HalfSpace:
-    return lambda p: sum(
-        (int(n) * (x - int(b)) for n, x, b in zip(normal, p, base, strict=True)), Fraction(0)
-    )
-
-
-def box_sides(low: Any, high: Any) -> list[HalfSpace]:
-    axes = np.eye(3, dtype=int)
-    return [along(axis, low) for axis in axes] + [along(-axis, high) for axis in axes]
-
 
 @settings(max_examples=300)
 @given(triangle=TRIANGLE, corners=st.tuples(POINT, POINT))
