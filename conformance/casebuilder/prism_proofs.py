@@ -3,8 +3,8 @@
 The cell is 1 <= x <= 3, 0.5 <= z <= 2 and y <= 2, and its fourth side across x and y runs from (1, 0) to
 (3, -1.5), so that y >= -0.75 (x - 1). Its plane is 0.6 x + 0.8 y >= 0.6 in FLOAT64, which passes through
 (1, 0) exactly and a little above (3, -1.5). A wall runs along y = -0.75 (x - 1) - 0.5, within the box around
-the cell, and hides a sheet in the plane y = -3. Another wall stands in the plane x = 0, from y = 0 on; what it
-hides, in the plane x = -3 with y >= 2, the missing corner (1, -1.5) of that box would see below y = 0.
+the cell, and hides a sheet in the plane y = -3. Another wall stands in the plane x = 0, from y = 0 on; what
+it hides, in the plane x = -3 with y >= 2, the missing corner (1, -1.5) of that box would see below y = 0.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ OBLIQUE = World(
     (GROUND, ALONG, ACROSS, SOUTH_SHEET, WEST_SHEET),
     (oblique_cell(),),
     transform=IDENTITY,
-    lod=Lod(6.0),  # with 5 the largest L of the slanted wall, 1 / 0.4 m, would be the border between two codes
+    lod=Lod(6.0),  # with 5 the largest L of the slanted wall, 1 / 0.4 m, would be on the border of two codes
 )
 ALONG_FACES, ACROSS_FACES, SOUTH_FACES, WEST_FACES = [2, 3], [4, 5], [6, 7], [8, 9]
 
@@ -58,8 +58,8 @@ HALVED = replace(
     ),
 )
 """The same cell and two walls that hide the western sheet together. A cut across y runs from (1, 1) to
-(3, 0.25). From above it nothing passes x = 0 below y = 1.125, on the way from (3, 0.25) to (-3, 2); from below
-it all is between y = 0.5 and y = 1.875 at x = -0.5."""
+(3, 0.25). From above it nothing passes x = 0 below y = 1.125, on the way from (3, 0.25) to (-3, 2); from
+below it all is between y = 0.5 and y = 1.875 at x = -0.5."""
 LEFT_FACES, RIGHT_FACES = [2, 3], [4, 5]
 
 LOWER, UPPER = (1024, 0, 512), (3072, 2048, 2048)

@@ -9,9 +9,9 @@ from dataclasses import replace
 
 from casebuilder.assemble import Case, Files, Json, json_bytes
 from casebuilder.edits import of_first
+from casebuilder.prism_proofs import prism_cases
 from casebuilder.state import State, object_codes
 from casebuilder.valid_forms import form_cases
-from casebuilder.prism_proofs import prism_cases
 from casebuilder.valid_proofs import proof_cases
 from casebuilder.world import World, box_cell, quad
 from casebuilder.worlds import (

@@ -105,7 +105,7 @@ def test_a_part_that_is_a_box_is_cut_as_a_box() -> None:
         ((0, 0, 0, 8, 1, 4, -4, 8), (2,), "code 0: a cut across axis 1 of a part that is one unit wide"),
         ((0, 0, 0, 8, 8, 4, 7, 8), (2,), "code 0: a cut across axis 1 of a part that is one unit wide"),
         ((0, 0, 0, 8, 8, 1, -4, 8), (3,), "code 0: a cut across axis 2 of a part that is one unit wide"),
-        ((0, 0, 0, 2, 8, 4, -4, 8), (1, 1), "code 1: a cut across axis 0 through a middle that is not an int"),
+        ((0, 0, 0, 2, 8, 4, -4, 8), (1, 1), "code 1: a cut across axis 0 through a middle that is not an"),
     ],
 )
 def test_cuts_that_do_not_divide(row: tuple[int, ...], codes: tuple[int, ...], said: str) -> None:
@@ -262,8 +262,8 @@ def test_lines_that_pass_a_prism_closely(data: st.DataObject, far: int) -> None:
 
 
 def test_an_edge_that_only_the_prism_keeps_clear() -> None:
-    # From (3, -1.5) to (-3, 2) the way meets x = 0 at y = 0.25; from the corner (1, -1.5) of the box around the
-    # prism it would meet y = -0.625. Lengths are in quarters.
+    # From (3, -1.5) to (-3, 2) the way meets x = 0 at y = 0.25; from the corner (1, -1.5) of the box around
+    # the prism it would meet y = -0.625. Lengths are in quarters.
     row, box = (4, 0, 2, 12, 8, 8, -6, 8), (4, -6, 2, 12, 8, 8, -6, 8)
     target = np.array([[[-12, 8, 2], [-12, 12, 2], [-12, 12, 8]]] * 4)
     both = np.concatenate([corners(row, 1), corners(box, 0), corners(row, 1), corners(box, 0)])

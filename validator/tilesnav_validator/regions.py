@@ -87,7 +87,7 @@ def outside(
     beyond = (rows[:, :3] > floor) | (rows[:, 3:6] < ceiling)
     slanted = np.flatnonzero(shapes)
     beyond[slanted, prisms.SLANTED_AXIS[shapes[slanted]]] = False  # there the bounds change along the way
-    wrong = beyond.any(axis=1)
+    wrong = np.asarray(beyond.any(axis=1))
     slanted = slanted[~wrong[slanted]]
     distinct, which = np.unique(
         np.column_stack([shapes[slanted], rows[slanted]]), axis=0, return_inverse=True
@@ -99,10 +99,10 @@ def outside(
     ]
     for index in np.flatnonzero(wrong):
         yield int(index), f"from {[float(x) for x in low]} to {[float(x) for x in high]} units"
-    for index, row in zip(slanted.tolist(), which.reshape(-1).tolist(), strict=True):
+    for place, row in zip(slanted.tolist(), which.reshape(-1).tolist(), strict=True):
         number = beside[row]
         if number is not None:
-            yield index, f"corner {[float(x) for x in points[number]]} units"
+            yield place, f"corner {[float(x) for x in points[number]]} units"
 
 
 def _over_one_denominator(point: list[Fraction]) -> Whole:

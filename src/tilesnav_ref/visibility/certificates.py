@@ -17,8 +17,8 @@ class Proofs:
 
     cells: tuple[int, ...]
     region: NDArray[np.float64]
-    """(8, 3) corners in fine units, whole numbers; corner i is on the upper side of axis k where bit k of i is
-    set. A box, or a prism over a trapezoid."""
+    """(8, 3) corners in fine units, whole numbers, of a box or a prism over a trapezoid; corner i is on the
+    upper side of axis k where bit k of i is set."""
     words: NDArray[np.int32]
 
 
