@@ -62,6 +62,19 @@ HALVED = replace(
 below it all is between y = 0.5 and y = 1.875 at x = -0.5."""
 LEFT_FACES, RIGHT_FACES = [2, 3], [4, 5]
 
+
+def stepped(low: float) -> World:
+    """The same cell, the wall across, and one behind it that begins at a y and stands out above it.
+
+    A cut across x leaves the corner (2, -0.75) to the part below it; from there to (-3, 2) the way meets x = -1
+    at y = 0.9, and from the corner (1, 0) at y = 1.
+    """
+    behind = Object(0, (quad((-1, low, 0), (-1, 4, 0), (-1, 4, 8), (-1, low, 8)),))
+    return replace(OBLIQUE, objects=(GROUND, ACROSS, behind, WEST_SHEET))
+
+
+FRONT_FACES, BEHIND_FACES = [2, 3], [4, 5]
+
 LOWER, UPPER = (1024, 0, 512), (3072, 2048, 2048)
 OWN = ((*LOWER, *UPPER), (-1536, 2048, 1))
 """The cell, with p, q and the shape: y slants along x."""
@@ -79,6 +92,14 @@ def oblique(_world: World, _states: list[State]) -> dict[int, Proofs]:
     return {0: Proofs((0, 1), [[0, 1, 2]], made)}
 
 
+def run_halves(_world: World, _states: list[State]) -> dict[int, Proofs]:
+    """A cut across the run axis, and an occluder for each part, that of the part above first."""
+    made = [
+        Proof(OWN[0], [face], [FRONT_FACES, BEHIND_FACES], cuts=[1, 0, 0], slant=OWN[1]) for face in (6, 7)
+    ]
+    return {0: Proofs((0, 1), [[0, 1]], made)}
+
+
 def halved(_world: World, _states: list[State]) -> dict[int, Proofs]:
     """A cut across the slanted axis, and an occluder for each part."""
     made = [
@@ -92,14 +113,18 @@ AXES = {1: (0, 1), 2: (1, 2), 3: (2, 0), 4: (0, 2), 5: (1, 0), 6: (2, 1)}
 
 def every_shape(_world: World, _states: list[State]) -> dict[int, Proofs]:
     """A box cell in a prism of each shape, cut across x, then y, then z. Across the third axis the sum of the
-    bounds is odd, which it cannot be across the run axis."""
-    proofs = Proofs((0, 1), [list(range(len(AXES)))], [])
+    bounds is odd, which it cannot be across the run axis. A last prism has a box above a cut across y, and
+    the sum of its bounds along x is odd."""
+    proofs = Proofs((0, 1), [list(range(len(AXES) + 1))], [])
     for shape, (u, v) in AXES.items():
         lower, upper = [1024, -1024, 512], [3072, 1024, 2048]
         upper[3 - u - v] += 1
         slant = (lower[v] - 100, upper[v] + 200, shape)
         made = Proof((*lower, *upper), [4 + shape % 2], [[2, 3]] * 4, cuts=[1, 2, 3, 0, 0, 0, 0], slant=slant)
         proofs.certificates.append(made)
+    region = (1024, -1025, 512, 3073, 1025, 2048)
+    box_above = Proof(region, [4], [[2, 3]] * 3, cuts=[2, 1, 0, 0, 0], slant=(-1024, 1025, 1))
+    proofs.certificates.append(box_above)
     return {0: proofs}
 
 
@@ -119,6 +144,14 @@ def prism_cases() -> Iterator[Case]:
         "Two walls hide a sheet together, each from a part of a prism cut across its slanted axis.",
         "A checker that cuts a prism parallel to an axis, or takes the parts in the wrong order.",
         proofs=halved,
+    )
+    yield Case(
+        "prism-run-halves",
+        stepped(0.875),
+        "Two walls, each of which is the occluder of a part of a prism cut across its run axis.",
+        "A checker that takes the bounds of the whole prism for those of its parts.",
+        near=("certificate/sound",),
+        proofs=run_halves,
     )
     yield Case(
         "prism-shapes",
@@ -153,7 +186,7 @@ def _region(number: int, **members: int) -> Callable[[Proofs], None]:
 
 
 def _cut(codes: list[int], **members: int) -> Callable[[Proofs], None]:
-    """Change of the tree of the second certificate, and of its region."""
+    """Change of the tree of the second certificate and of its region."""
 
     def edit(proofs: Proofs) -> None:
         proof = proofs.certificates[1]
@@ -174,12 +207,15 @@ CASES: dict[str, Edits] = {
     "certificate/container/prism-that-ends-in-an-edge": _changed(_region(1, p=2048)),
     "certificate/container/prism-out-of-reach": _changed(_region(1, p=-(2**29))),
     "certificate/region-holds-cell/slanted-side-one-unit-short": _changed(_region(1, p=-1535)),
+    "certificate/region-holds-cell/upper-side-one-unit-short": _changed(_region(1, q=2047)),
     "certificate/region-holds-cell/slanted-side-by-a-hair": edits(
         world=replace(OBLIQUE, cells=(oblique_cell(nextafter(0.6, 0)),)), proofs=oblique
     ),
     "certificate/tree/run-with-an-odd-sum": _changed(_cut([1, 0, 0], X=3073, p=-1538)),
     "certificate/tree/slant-with-an-odd-sum": _changed(_cut([1, 0, 0], p=-1537)),
-    "certificate/tree/prism-too-narrow-at-one-end": _changed(_cut([2] * 12 + [0] * 13)),
+    "certificate/tree/prism-too-narrow-at-its-lower-end": _changed(_cut([2] * 12 + [0] * 13)),
+    "certificate/tree/prism-too-narrow-at-its-upper-end": _changed(_cut([2, 0] * 12 + [0], y=-6144)),
+    "certificate/sound/edge-before-the-middle-of-a-run": edits(world=stepped(0.9375), proofs=run_halves),
     "certificate/sound/occluder-in-the-prism": _changed(_region(0, y=-513)),
     "certificate/sound/box-around-a-prism": _changed(_region(0, y=-1536, p=0, q=0, shape=0)),
     "certificate/sound/edge-before-a-prism": _changed(_region(2, p=-2050)),
