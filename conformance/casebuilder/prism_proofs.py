@@ -66,8 +66,8 @@ LEFT_FACES, RIGHT_FACES = [2, 3], [4, 5]
 def stepped(low: float) -> World:
     """The same cell, the wall across, and one behind it that begins at a y and stands out above it.
 
-    A cut across x leaves the corner (2, -0.75) to the part below it; from there to (-3, 2) the way meets x = -1
-    at y = 0.9, and from the corner (1, 0) at y = 1.
+    A cut across x leaves the corner (2, -0.75) to the part below it; from there to (-3, 2) the way meets
+    x = -1 at y = 0.9, and from the corner (1, 0) at y = 1.
     """
     behind = Object(0, (quad((-1, low, 0), (-1, 4, 0), (-1, 4, 8), (-1, low, 8)),))
     return replace(OBLIQUE, objects=(GROUND, ACROSS, behind, WEST_SHEET))
