@@ -202,19 +202,22 @@ def test_keeping_off_prisms(prism: tuple[tuple[int, ...], int], face: Any) -> No
     assert found[0] != common(face, planes, [True] * 6)
 
 
+@pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_contact_with_a_slanted_side(shape: int) -> None:
+def test_contact_with_a_slanted_side(shape: int, side: int) -> None:
     u, v = SHAPES[shape]
     w = 3 - u - v
     row = [0] * 3 + [8] * 3 + [-4, 8]  # v > -u / 2
+    if side < 0:
+        row[v], row[v + 3], row[6:] = -8, 0, [-8, 4]  # v < u / 2
 
     def face(depth: int, far: int = 0) -> list[list[int]]:
-        """A triangle under the slanted side, its last corner ``depth`` over it and ``far`` along the run."""
+        """A triangle before the slanted side, its last corner ``depth`` behind it or ``far`` along the run."""
         points = [[0, 0, 0] for _ in range(3)]
         for point, (at_u, at_v, at_w) in zip(
             points, ((-4, -2, 4), (12, -20, 4), (4 + far, depth - 2, 4)), strict=True
         ):
-            point[u], point[v], point[w] = at_u, at_v, at_w
+            point[u], point[v], point[w] = at_u, side * at_v, at_w
         return points
 
     faces = np.array([face(0), face(1), face(-1), face(0, 2), face(0, -2)])
