@@ -89,20 +89,22 @@ def outside(
     beyond[slanted, prisms.SLANTED_AXIS[shapes[slanted]]] = False  # there the bounds change along the way
     wrong = np.asarray(beyond.any(axis=1))
     slanted = slanted[~wrong[slanted]]
-    distinct, which = np.unique(
-        np.column_stack([shapes[slanted], rows[slanted]]), axis=0, return_inverse=True
-    )
+    # Certificates of one region mostly stand one after the other, and a run of them is looked at once.
+    table = np.column_stack([shapes[slanted], rows[slanted]])
+    starts = np.ones(len(table), dtype=bool)
+    starts[1:] = (table[1:] != table[:-1]).any(axis=1)
     whole = [_over_one_denominator(point) for point in points]
-    beside = [
-        next((number for number, point in enumerate(whole) if not _between(point, row)), None)
-        for row in distinct.tolist()
-    ]
+    beside = np.array(
+        [
+            next((number for number, point in enumerate(whole) if not _between(point, row)), -1)
+            for row in table[starts].tolist()
+        ],
+        dtype=np.int64,
+    )[np.cumsum(starts) - 1]
     for index in np.flatnonzero(wrong):
         yield int(index), f"from {[float(x) for x in low]} to {[float(x) for x in high]} units"
-    for place, row in zip(slanted.tolist(), which.reshape(-1).tolist(), strict=True):
-        number = beside[row]
-        if number is not None:
-            yield place, f"corner {[float(x) for x in points[number]]} units"
+    for place in np.flatnonzero(beside >= 0):
+        yield int(slanted[place]), f"corner {[float(x) for x in points[beside[place]]]} units"
 
 
 def _over_one_denominator(point: list[Fraction]) -> Whole:
