@@ -212,7 +212,7 @@ def test_contact_with_a_slanted_side(shape: int, side: int) -> None:
         row[v], row[v + 3], row[6:] = -8, 0, [-8, 4]  # v < u / 2
 
     def face(depth: int, far: int = 0) -> list[list[int]]:
-        """A triangle before the slanted side, its last corner ``depth`` behind it or ``far`` along the run."""
+        """A triangle before the slanted side, its last corner ``depth`` behind it, ``far`` along the run."""
         points = [[0, 0, 0] for _ in range(3)]
         for point, (at_u, at_v, at_w) in zip(
             points, ((-4, -2, 4), (12, -20, 4), (4 + far, depth - 2, 4)), strict=True
