@@ -129,6 +129,7 @@ def test_faces_without_area_may_be_targets_beside_others(tmp_path: Path) -> None
     small.objects[2] = [[(6, 0, 1), (6, 0, 1.5), (6, 0, 2)]]
     small.members |= {
         "regions": [small.members["regions"][0]],
+        "shapes": [0],
         "targets": [4, 5, 6],
         "targetOffsets": [0, 3],
         "cuts": [0],
@@ -165,10 +166,10 @@ def test_corners_of_cells_are_not_rounded(tmp_path: Path) -> None:
     corners = regions.corners(planes, found, -10)
     exact = (Fraction(float(np.nextafter(2.0, 3))) - Fraction(0.8)) / Fraction(0.6) * 1024
     assert max(point[0] for point in corners) == exact
-    box = np.array([[[-4096, -2048, 1024], [int(exact), 2048, 3072]]])
-    assert [index for index, _ in regions.outside(corners, box)] == [0]
-    box[0, 1, 0] += 1
-    assert list(regions.outside(corners, box)) == []
+    box, shape = np.array([[-4096, -2048, 1024, int(exact), 2048, 3072, 0, 0]]), np.zeros(1, np.int64)
+    assert [index for index, _ in regions.outside(corners, box, shape)] == [0]
+    box[0, 3] += 1
+    assert list(regions.outside(corners, box, shape)) == []
 
 
 CERT = pack(tables())
