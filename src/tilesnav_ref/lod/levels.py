@@ -32,10 +32,10 @@ def _object_code(
     limits: Vector,
 ) -> int:
     """Code of the largest proven bound over some faces; faces that cannot make it finer are skipped."""
-    uppers = np.empty(len(faces))
+    uppers, work = np.empty(len(faces)), np.empty((3, 3))
     least, first = 0.0, 0
     for i in range(len(faces)):
-        low, uppers[i] = cheap_bounds(prism, triangles[faces[i]], normals[faces[i]])
+        low, uppers[i] = cheap_bounds(prism, triangles[faces[i]], normals[faces[i]], work)
         least = max(least, low)
         if uppers[i] > uppers[first]:
             first = i
@@ -46,7 +46,7 @@ def _object_code(
         j = first if i < 0 else i
         if i == first or count_thresholds(uppers[j], limits) >= code:
             continue
-        bound = min(uppers[j], paired_bound(prism, triangles[faces[j]], normals[faces[j]]))
+        bound = min(uppers[j], paired_bound(prism, triangles[faces[j]], normals[faces[j]], work))
         if count_thresholds(bound, limits) < code:
             bound = min(bound, prism_maximum(prism, triangles[faces[j]]))
             code = min(code, count_thresholds(bound, limits))

@@ -3,10 +3,10 @@
 Notes
 -----
 Let D = C - T be the differences r = p - x of points of the prism C over a trapezoid (a box, for one) and
-the triangle T with unit normal n. On the side n.r > 0 the value 1 / L = |r|^2 / (n.r) is a convex function (a square over a linear function), and
-"1 / L <= m" is the ball with centre c = m n / 2 and radius m / 2, which touches T's plane at the origin and
-lies on that side. Hence a prism that straddles the plane needs no cutting: both sides are taken with the
-whole of D.
+the triangle T with unit normal n. On the side n.r > 0 the value 1 / L = |r|^2 / (n.r) is a convex function (a
+square over a linear function), and "1 / L <= m" is the ball with centre c = m n / 2 and radius m / 2, which
+touches T's plane at the origin and lies on that side. Hence a prism that straddles the plane needs no
+cutting: both sides are taken with the whole of D.
 
 *Search.* Minimising |r|^2 / (n.r) by Dinkelbach's method: from the value m of some r, take the point of D
 nearest to c(m), and its value as the next m. The values fall superlinearly to the minimum.
@@ -16,7 +16,7 @@ the ball of m has u.r <= m (|u| + u.n) / 2. So no r of D is in the ball when m <
 
     L <= (|u| + u.n) / (2 s(u))    whenever s(u) > 0.
 
-The support is a minimum over 8 corners and a maximum over 3, whatever the search did. With u = q - c at the
+The support is a minimum over the 8 corners of C and a maximum over the 3 of T, whatever the search did. With u = q - c at the
 optimum q the bound is tight. The returned value is such a bound, enlarged by the rounding of its terms,
 hence never below the true maximum; if the search failed, it would be too large, never too small.
 

@@ -28,7 +28,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_ref.kernels import kernel
+from tilesnav_ref.kernels import inner_kernel, kernel
 
 Vector = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def dot(a: Vector, b: Vector) -> float:
     return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
-@kernel
+@inner_kernel
 def is_slanted(prism: Vector) -> bool:
     """Whether the prism is not a box."""
     return bool(prism[SHAPE, 0] > 0.0)
@@ -112,7 +112,7 @@ def moved_prism(prism: Vector, origin: Vector) -> Vector:
     return result
 
 
-@kernel
+@inner_kernel
 def extents(prism: Vector, origin: Vector, axis: Vector) -> tuple[float, float]:
     """Greatest values of axis.(p - origin) and of its negative over the prism, but for rounding."""
     if is_slanted(prism):
@@ -130,7 +130,7 @@ def extents(prism: Vector, origin: Vector, axis: Vector) -> tuple[float, float]:
     return spread + height, spread - height
 
 
-@kernel
+@inner_kernel
 def least_product(prism: Vector, axis: Vector) -> float:
     """Least axis.p over the prism; each product and sum is rounded."""
     least = 0.0
@@ -158,18 +158,15 @@ def _is_in_base(prism: Vector, point: Vector, u: int, v: int) -> bool:
 
 
 @kernel
-def nearest_in_prism(prism: Vector, point: Vector, nearest: Vector) -> None:
-    """Write the point of the prism nearest to a point (3,) to nearest (3,)."""
-    for k in range(3):
-        nearest[k] = min(max(point[k], prism[LOWER, k]), prism[UPPER, k])
-    if not is_slanted(prism):
-        return
+def _nearest_on_edges(prism: Vector, point: Vector, nearest: Vector) -> None:
+    """Move coordinates u and v of nearest (3,) to the nearest place on the edges of the trapezoid, unless the
+    point is over it."""
     u, v = int(prism[SHAPE, 1]), int(prism[SHAPE, 2])
     if nearest[u] == point[u] and _is_in_base(prism, point, u, v):
         return
     least = np.inf
     for edge in range(4):
-        # the four edges of the trapezoid: two along u, at the sides of v, and two along v
+        # two edges along u, at the sides of v, and two along v
         a = ((edge & 1) << v) if edge < 2 else ((edge & 1) << u)
         b = a | (1 << (u if edge < 2 else v))
         du, dv = prism[b, u] - prism[a, u], prism[b, v] - prism[a, v]
@@ -181,3 +178,12 @@ def nearest_in_prism(prism: Vector, point: Vector, nearest: Vector) -> None:
         if away < least:
             least = away
             nearest[u], nearest[v] = pu, pv
+
+
+@inner_kernel
+def nearest_in_prism(prism: Vector, point: Vector, nearest: Vector) -> None:
+    """Write the point of the prism nearest to a point (3,) to nearest (3,)."""
+    for k in range(3):
+        nearest[k] = min(max(point[k], prism[LOWER, k]), prism[UPPER, k])
+    if is_slanted(prism):
+        _nearest_on_edges(prism, point, nearest)

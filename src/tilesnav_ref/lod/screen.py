@@ -13,27 +13,30 @@ from __future__ import annotations
 
 import numpy as np
 
-from tilesnav_ref.kernels import kernel
+from tilesnav_ref.kernels import inner_kernel, kernel
 from tilesnav_ref.lod.maximum import proven_bound
-from tilesnav_ref.lod.prism import LOWER, UPPER, Vector, dot, extents, nearest_in_prism
+from tilesnav_ref.lod.prism import LOWER, UPPER, Vector, dot, extents, is_slanted, nearest_in_prism
 
 _SAFETY = 1.0 + 2.0**-24
-"""Above the rounding of the square of a distance, of a unit normal and of a quotient, each a few 2**-53."""
+"""The height over the plane is a sum of three products with an error below 2**-50 of a coordinate difference,
+which is less than 2**24 steps, while height and half extent of a box of two steps are together more than half
+a step: 2**-25."""
 _HEIGHT_ERROR = 2.0**-49
-"""The height over the plane is a sum of three products of coordinate differences; its error, and that of the
-unit normal in it, are together less than this times the sum of their magnitudes."""
+"""The same error, and that of the unit normal, as a share of the sum of the magnitudes of the products."""
 
 
-@kernel
-def _best_pair(prism: Vector, triangle: Vector, normal: Vector, best: Vector) -> float:
-    """Largest |n.r| / |r|^2 of the four pairs; best (3,) receives its r."""
-    value, r, x = 0.0, np.empty(3), np.empty(3)
+@inner_kernel
+def _best_pair(prism: Vector, triangle: Vector, normal: Vector, work: Vector) -> float:
+    """Largest |n.r| / |r|^2 of the four pairs; work[0] receives its r."""
+    value, best, r, slanted = 0.0, work[0], work[1], is_slanted(prism)
     for i in range(4):
         for k in range(3):
-            x[k] = triangle[i, k] if i < 3 else (triangle[0, k] + triangle[1, k] + triangle[2, k]) / 3.0
-        nearest_in_prism(prism, x, r)
-        for k in range(3):
-            r[k] -= x[k]
+            x = triangle[i, k] if i < 3 else (triangle[0, k] + triangle[1, k] + triangle[2, k]) / 3.0
+            work[2, k] = x
+            r[k] = min(max(x, prism[LOWER, k]), prism[UPPER, k]) - x
+        if slanted:
+            nearest_in_prism(prism, work[2], r)
+            r -= work[2]
         square = dot(r, r)
         if square > 0.0 and abs(dot(normal, r)) > value * square:
             value = abs(dot(normal, r)) / square
@@ -41,19 +44,22 @@ def _best_pair(prism: Vector, triangle: Vector, normal: Vector, best: Vector) ->
     return float(value)
 
 
-@kernel
+@inner_kernel
 def _heights(prism: Vector, triangle: Vector, normal: Vector) -> tuple[float, float]:
     """Greatest heights of the prism over and under the triangle's plane; negative on a side where it is not."""
     over, under = extents(prism, triangle[0], normal)
-    slack = 0.0
-    for k in range(3):
-        far = max(abs(prism[LOWER, k] - triangle[0, k]), abs(prism[UPPER, k] - triangle[0, k]))
-        slack += abs(normal[k]) * far
-    slack *= _HEIGHT_ERROR
+    slack = (_SAFETY - 1.0) * max(over, under)
+    if is_slanted(prism):
+        # across a plane nearly along a slanted side, a prism can be far thinner than a step
+        size = 0.0
+        for k in range(3):
+            low, high = prism[LOWER, k] - triangle[0, k], prism[UPPER, k] - triangle[0, k]
+            size += abs(normal[k]) * max(abs(low), abs(high))
+        slack += _HEIGHT_ERROR * size
     return over + slack, under + slack
 
 
-@kernel
+@inner_kernel
 def _gap_square(prism: Vector, triangle: Vector) -> float:
     """Square of the distance between the box around a prism and the bounds of a triangle, m2."""
     square = 0.0
@@ -65,7 +71,7 @@ def _gap_square(prism: Vector, triangle: Vector) -> float:
 
 
 @kernel
-def cheap_bounds(prism: Vector, triangle: Vector, normal: Vector) -> tuple[float, float]:
+def cheap_bounds(prism: Vector, triangle: Vector, normal: Vector, work: Vector) -> tuple[float, float]:
     """Lower and upper bound of the largest |n.r| / |r|^2.
 
     Parameters
@@ -76,6 +82,8 @@ def cheap_bounds(prism: Vector, triangle: Vector, normal: Vector) -> tuple[float
         (3, 3) corners, m.
     normal
         (3,) unit normal, or zero for a degenerate triangle.
+    work
+        (3, 3) room to work in; a caller with many triangles makes it once.
 
     Returns
     -------
@@ -83,7 +91,7 @@ def cheap_bounds(prism: Vector, triangle: Vector, normal: Vector) -> tuple[float
         1/m. ``most`` is the greatest height over the plane by the square of the distance to the triangle's
         bounds, infinite where these touch.
     """
-    least = _best_pair(prism, triangle, normal, np.empty(3))
+    least = _best_pair(prism, triangle, normal, work)
     square = _gap_square(prism, triangle)
     if square == 0.0:
         return least, np.inf
@@ -92,14 +100,13 @@ def cheap_bounds(prism: Vector, triangle: Vector, normal: Vector) -> tuple[float
 
 
 @kernel
-def paired_bound(prism: Vector, triangle: Vector, normal: Vector) -> float:
+def paired_bound(prism: Vector, triangle: Vector, normal: Vector, work: Vector) -> float:
     """Upper bound from the direction that the best of four pairs points out, 1/m; infinite: no proof.
 
     The side of the plane on which the best pair lies is bounded by that direction, the other side by height
     and distance.
     """
-    r = np.empty(3)
-    value = _best_pair(prism, triangle, normal, r)
+    value, r = _best_pair(prism, triangle, normal, work), work[0]
     if value == 0.0:
         return np.inf
     over, under = _heights(prism, triangle, normal)
