@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.cells.model import CellComplex, box_corners
 from tilesnav_ref.lod import LodSettings, choose_levels, level_codes, levels, region_maximum
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility.model import PvsTable
@@ -16,8 +16,20 @@ from tilesnav_ref.visibility.model import PvsTable
 STEP = 2.0**-6
 
 
+def slant(corners: np.ndarray, u: int, v: int, rng: np.random.Generator) -> None:
+    """Turn the box (8, 3) into a prism whose sides across v slant along u; it keeps its bounds."""
+    size = int(np.ptp(corners[:, v]))
+    for side in range(2):
+        cut, end = int(rng.integers(1, size // 2)), int(rng.integers(0, 2))
+        for i in range(8):
+            if (i >> v) & 1 == side and (i >> u) & 1 == end:
+                corners[i, v] += -cut if side else cut
+
+
 def make_case(seed: int, cell_count: int = 12, face_count: int = 60) -> tuple[Scene, CellComplex, PvsTable]:
-    """Random triangles of seven objects and random boxes, some of them in contact; random PVS."""
+    """Random triangles of seven objects and random cells, some of them in contact; random PVS.
+
+    Every other cell is a box; of the rest, sides slant along each of the six pairs of axes."""
     rng = np.random.default_rng(seed)
     place = rng.integers(-2000, 2000, (face_count, 1, 3))
     vertices = (place + rng.integers(-300, 300, (face_count, 3, 3))).reshape(-1, 3)
@@ -32,9 +44,15 @@ def make_case(seed: int, cell_count: int = 12, face_count: int = 60) -> tuple[Sc
     )
     lower = rng.integers(-2000, 2000, (cell_count, 3))
     empty = np.zeros(0, np.int64)
+    upper = lower + rng.integers(64, 600, (cell_count, 3))
+    corners = box_corners(lower, upper)
+    for cell in range(0, cell_count, 2):
+        v, u = divmod(cell // 2 % 6, 2)
+        slant(corners[cell], (v + 1 + u) % 3, v, rng)
     cells = CellComplex(
         lower=lower,
-        upper=lower + rng.integers(64, 600, (cell_count, 3)),
+        upper=upper,
+        corners=corners,
         kinds=np.zeros(cell_count, np.uint8),
         portal_offsets=np.zeros(cell_count + 1, np.int64),
         portal_targets=empty,
@@ -53,9 +71,7 @@ def expected_levels(scene: Scene, cells: CellComplex, pvs: PvsTable, cell: int) 
     """Largest bound of every object in a cell, one face at a time."""
     levels: dict[int, float] = {}
     for face in pvs.faces_of(cell):
-        value = region_maximum(
-            cells.lower[cell] * scene.step, cells.upper[cell] * scene.step, scene.corners()[face] * scene.step
-        )
+        value = region_maximum(cells.corners[cell] * scene.step, scene.corners()[face] * scene.step)
         member = int(scene.face_object[face])
         levels[member] = max(levels.get(member, 0.0), value)
     return levels
@@ -78,7 +94,8 @@ def test_codes_are_those_of_the_largest_bound(settings: LodSettings) -> None:
 def test_contact_gives_the_finest_code() -> None:
     scene, cells, pvs = make_case(0)
     corner = scene.corners()[5, 0]
-    cells = dataclasses.replace(cells, lower=np.tile(corner, (12, 1)), upper=np.tile(corner + 100, (12, 1)))
+    lower, upper = np.tile(corner, (12, 1)), np.tile(corner + 100, (12, 1))
+    cells = dataclasses.replace(cells, lower=lower, upper=upper, corners=box_corners(lower, upper))
     table = choose_levels(scene, cells, pvs)
     last = slice(table.lod_offsets[11], table.lod_offsets[12])
     owner = table.lod_objects[last].tolist().index(int(scene.face_object[5]))

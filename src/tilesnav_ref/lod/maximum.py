@@ -16,9 +16,9 @@ the ball of m has u.r <= m (|u| + u.n) / 2. So no r of D is in the ball when m <
 
     L <= (|u| + u.n) / (2 s(u))    whenever s(u) > 0.
 
-The support is a minimum over the 8 corners of C and a maximum over the 3 of T, whatever the search did. With u = q - c at the
-optimum q the bound is tight. The returned value is such a bound, enlarged by the rounding of its terms,
-hence never below the true maximum; if the search failed, it would be too large, never too small.
+The support is a minimum over the 8 corners of C and a maximum over the 3 of T, whatever the search did. With
+u = q - c at the optimum q the bound is tight. The returned value is such a bound, enlarged by the rounding of
+its terms, hence never below the true maximum; if the search failed, it would be too large, never too small.
 
 Contact (0 in D) gives infinity: D has interior, so that r can go to 0 along a direction that leaves T's
 plane.

@@ -46,7 +46,7 @@ def _best_pair(prism: Vector, triangle: Vector, normal: Vector, work: Vector) ->
 
 @inner_kernel
 def _heights(prism: Vector, triangle: Vector, normal: Vector) -> tuple[float, float]:
-    """Greatest heights of the prism over and under the triangle's plane; negative on a side where it is not."""
+    """Greatest heights of the prism over and under the plane of the triangle; negative where it is not."""
     over, under = extents(prism, triangle[0], normal)
     slack = (_SAFETY - 1.0) * max(over, under)
     if is_slanted(prism):
