@@ -13,7 +13,15 @@ from scipy.optimize import minimize
 from tilesnav_ref.cells.model import box_corners
 from tilesnav_ref.lod import region_maximum
 from tilesnav_ref.lod.maximum import prism_maximum
-from tilesnav_ref.lod.prism import EDGES, SHAPE, SIDES, describe_prism, nearest_in_prism
+from tilesnav_ref.lod.prism import (
+    EDGES,
+    SHAPE,
+    SIDES,
+    describe_prism,
+    extents,
+    least_product,
+    nearest_in_prism,
+)
 from tilesnav_ref.lod.screen import cheap_bounds, paired_bound
 from tilesnav_validator import lodbounds
 
@@ -92,7 +100,9 @@ def test_never_below_a_sample(pair: Pair, seed: int) -> None:
 def optimised_maximum(corners: np.ndarray, triangle: np.ndarray) -> float:
     """Largest L by sequential quadratic programming from several starts on both sides."""
     n, best = unit(triangle), 0.0
-    size = float(np.max(np.ptp(corners, axis=0)) + np.ptp(triangle) + np.max(np.abs(corners[0] - triangle[0])))
+    size = float(
+        np.max(np.ptp(corners, axis=0)) + np.ptp(triangle) + np.max(np.abs(corners[0] - triangle[0]))
+    )
 
     def difference(v: np.ndarray) -> np.ndarray:
         p = v[:8] @ corners
@@ -244,6 +254,20 @@ def test_hull_of_a_box_taken_as_slanted_gives_the_same(pair: Pair) -> None:
     slanted[SIDES + 3], slanted[EDGES + 3] = plain[SIDES + 1], plain[EDGES]
     value, same = prism_maximum(plain, triangle), prism_maximum(slanted, triangle)
     assert same == value or abs(same - value) <= 2e-6 * value or min(same, value) > 1e6
+
+
+@given(cells(), st.tuples(small, small, small), st.tuples(coordinate, coordinate, coordinate))
+@settings(max_examples=200, deadline=None)
+def test_linear_functions_reach_over_all_eight_corners(
+    corners: np.ndarray, direction: tuple[int, int, int], place: tuple[int, int, int]
+) -> None:
+    """Of whole numbers every product and sum is exact, in the formulas of boxes and of slanted prisms."""
+    described, axis = describe_prism(corners, 1.0), np.array(direction, np.float64)
+    products = corners @ np.array(direction)
+    assert least_product(described, axis) == products.min()
+    over, under = extents(described, np.array(place, np.float64), axis)
+    offset = int(np.array(place) @ np.array(direction))
+    assert (over, under) == (products.max() - offset, offset - products.min())
 
 
 @given(cells(), st.tuples(coordinate, coordinate, coordinate), st.integers(0, 2**32 - 1))

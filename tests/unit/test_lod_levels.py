@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from tilesnav_ref.cells.model import CellComplex, box_corners
-from tilesnav_ref.lod import LodSettings, choose_levels, level_codes, levels, region_maximum
+from tilesnav_ref.lod import LodSettings, LodTable, choose_levels, level_codes, levels, region_maximum
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility.model import PvsTable
+from tilesnav_validator import lodjudge
+from tilesnav_validator.tables import Ragged, Tables
 
 STEP = 2.0**-6
 
@@ -89,6 +91,52 @@ def test_codes_are_those_of_the_largest_bound(settings: LodSettings) -> None:
             codes = level_codes(np.array([levels[member] for member in sorted(levels)]), settings)
             assert table.lod_codes[span].tolist() == codes.tolist()
         assert len(set(table.lod_codes.tolist())) > 3
+
+
+def judged(
+    case: tuple[Scene, CellComplex, PvsTable], table: LodTable, codes: np.ndarray
+) -> tuple[list[lodjudge.Fault], list[lodjudge.Fault], int, int]:
+    """What the validator says of codes: faults too coarse and too fine, and how many it leaves open."""
+    scene, cells, pvs = case
+    nothing, none = np.zeros(0, np.int64), Ragged(np.zeros(1, np.int64), np.zeros(0))
+    tables = Tables(
+        planes=np.zeros((cells.count, 6, 4)),
+        kinds=cells.kinds,
+        targets=none,
+        polygons=nothing,
+        polygon_range=nothing,
+        vertices=none,
+        faces=Ragged(pvs.pvs_offsets, pvs.pvs_faces),
+        proven=nothing,
+        digests=np.zeros((0, 32), np.uint8),
+        objects=Ragged(table.lod_offsets, table.lod_objects),
+        codes=Ragged(table.lod_offsets, codes),
+        entered=none,
+        left=none,
+        switch_objects=none,
+        switch_codes=none,
+    )
+    triangles = scene.corners() * scene.step
+    sound = np.ones(scene.face_count, np.bool_)
+    subject = lodjudge.Scene(cells.corners * scene.step, triangles, scene.face_object.astype(np.int64), sound)
+    scale = lodjudge.Scale(table.settings.reference, table.settings.base, table.settings.level_count)
+    return lodjudge.judge(tables, subject, scale, np.arange(cells.count))
+
+
+def test_the_judge_of_levels_agrees_on_boxes_and_slanted_cells() -> None:
+    fine = LodSettings(reference=0.3, base=1.05, level_count=200)
+    for seed in range(3):
+        case = make_case(seed)
+        table = choose_levels(*case, fine)
+        coarse, wasteful, *left_open = judged(case, table, table.lod_codes)
+        assert coarse == wasteful == []
+        assert sum(left_open) <= 0.05 * len(table.lod_codes)
+        between = (table.lod_codes > 2) & (table.lod_codes < 197)
+        for change, which in ((1, 0), (-2, 1)):
+            codes = np.where(between, table.lod_codes.astype(np.int64) + change, table.lod_codes)
+            faults = judged(case, table, codes.astype(np.uint8))[which]
+            assert len(faults) > 0.9 * between.sum()
+            assert any(fault.cell % 2 == 0 for fault in faults)  # the slanted ones
 
 
 def test_contact_gives_the_finest_code() -> None:

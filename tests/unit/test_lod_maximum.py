@@ -133,7 +133,10 @@ def test_billboard_of_a_hundred_triangles_against_dense_samples() -> None:
             a, b = (x[i], 0.0, z[k]), (x[i + 1], 0.0, z[k])
             c, d = (x[i + 1], 0.0, z[k + 1]), (x[i], 0.0, z[k + 1])
             for triangle in (np.array([a, b, c]), np.array([a, c, d])):
-                value, sample = largest_level(span(low, high), triangle), sampled_maximum(span(low, high), triangle, 600)
+                value, sample = (
+                    largest_level(span(low, high), triangle),
+                    sampled_maximum(span(low, high), triangle, 600),
+                )
                 assert sample <= value <= 1.15 * sample
                 values.append((i, value))
     by_column = [max(value for column, value in values if column == i) for i in range(10)]
