@@ -67,6 +67,8 @@ class MeshFile:
     parts: tuple[Part, ...]
     skipped: int
     """Geometries without faces: points and lines."""
+    notes: tuple[str, ...] = ()
+    """Remarks for people."""
 
 
 def read_mesh(path: Path, max_faces: int, with_materials: bool = False) -> MeshFile:
