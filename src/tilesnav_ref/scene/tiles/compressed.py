@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -123,7 +124,7 @@ def decode_meshopt(packed: Value, data: memoryview, limit: int, room: int) -> by
 def _library(place: Value, name: str, format_name: str) -> Any:
     """Import a decoder, which only compressed files need."""
     try:
-        return __import__(name)
+        return import_module(name)
     except ImportError as error:
         raise SceneError(
             place.source,

@@ -40,6 +40,7 @@ class Contents:
         self.count = 0
         """Contents that gave faces."""
         self._files, self._faces, self._materials = files, max_faces, materials
+        self._elements = 3 * max_faces
 
     def read(self, placed: Placed) -> list[Part]:
         """Read the parts of a content, in the axes of the entry tileset.
@@ -79,7 +80,7 @@ class Contents:
             content = parse(source, "", bytes(data)), memoryview(b"")
         else:
             raise SceneError(source, f"{place} magic".strip(), repr(bytes(batched.glb[:4])), KINDS)
-        budget = Budget(self._faces, self._materials)
+        budget = Budget(self._faces, self._elements, self._materials)
         model = read_model(self._files, placed.path, content, placed.up, budget)
         self.primitives_left_out += model.skipped
         moved = placed.matrix @ _translation(batched.center)

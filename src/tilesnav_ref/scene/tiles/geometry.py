@@ -49,6 +49,8 @@ class Budget:
 
     faces: int
     """Faces left, instances counted."""
+    elements: int
+    """Elements that an accessor may have."""
     materials: bool
     """Whether the names of materials are wanted."""
 
@@ -126,7 +128,7 @@ def read_model(
     for extension in document.items("extensionsRequired"):
         if extension.text() not in EXTENSIONS and not extension.raw.startswith("KHR_materials_"):
             raise extension.error(repr(extension.raw), ", ".join(sorted(EXTENSIONS)))
-    arrays = Arrays(files, path, document, binary, 3 * budget.faces)
+    arrays = Arrays(files, path, document, binary, budget.elements)
     upright = _center(document) @ _turn(up)
     primitives: dict[int, list[Primitive]] = {}
     found: list[Geometry] = []

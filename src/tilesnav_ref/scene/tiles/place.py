@@ -89,4 +89,4 @@ def _middle(positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Middle of the box in x and y, and its least z."""
     lower, upper = positions.min(axis=0), positions.max(axis=0)
     middle = (lower + upper) / 2
-    return np.floor((middle[0], middle[1], lower[2]))
+    return np.rint((middle[0], middle[1], lower[2]))

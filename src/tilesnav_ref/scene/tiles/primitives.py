@@ -89,7 +89,11 @@ def _read(primitive: Value, kind: int, arrays: Arrays, labels: tuple[str, ...], 
         stored = bool(name) and draco.need("attributes").has(name)
         feature = _attribute(draco, mesh, name, 1)[:, 0] if stored else None
     _check(primitive, vertices, faces)
-    return Primitive(vertices, faces, _of_faces(primitive, feature, vertices, faces), labels)
+    feature = _of_faces(primitive, feature, vertices, faces)
+    if len(vertices) > 3 * len(faces):  # many primitives may share one large array: keep what each uses
+        used, corners = np.unique(faces, return_inverse=True)
+        vertices, faces = vertices[used], corners.reshape(-1, 3)
+    return Primitive(vertices, faces, feature, labels)
 
 
 def _decoded(primitive: Value, draco: Value, arrays: Arrays, limit: int) -> DracoMesh:

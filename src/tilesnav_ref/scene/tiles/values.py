@@ -30,7 +30,7 @@ class Value:
 
     def error(self, found: str, allowed: str) -> SceneError:
         """Make the error about this value."""
-        return SceneError(self.source, self.place, found[:200], allowed)
+        return SceneError(self.source, self.place or "file", found[:200], allowed)
 
     def member(self, name: str) -> Value | None:
         """Give a member of this object; None when it has none of that name.
