@@ -55,7 +55,7 @@ def decode_draco(place: Value, data: memoryview, most: tuple[int, int]) -> Draco
         mesh = library.decode(bytes(data))
         triangles = np.asarray(mesh.faces, np.int64).reshape(-1, 3)
         attributes = {int(one["unique_id"]): np.asarray(one["data"]) for one in mesh.attributes}
-    except DRACO_FAILURES as error:
+    except (*DRACO_FAILURES, library.FileTypeException) as error:
         raise place.error(f"{type(error).__name__}: {error}", "a Draco mesh") from error
     return DracoMesh(triangles, attributes)
 
