@@ -16,7 +16,8 @@ from tilesnav_ref.scene.errors import SceneError
 from tilesnav_ref.scene.frame import NavFrame, to_nav
 from tilesnav_ref.scene.kinds import part_kinds
 from tilesnav_ref.scene.model import Scene
-from tilesnav_ref.scene.read import MeshFile, read_mesh
+from tilesnav_ref.scene.parts import MeshFile
+from tilesnav_ref.scene.read import read_mesh
 from tilesnav_ref.scene.settings import METRES_PER_UNIT, SceneReport, SceneSettings
 from tilesnav_ref.scene.tiles import place, read_tileset
 from tilesnav_ref.scene.weld import snap, weld

@@ -10,7 +10,6 @@ import warnings
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 from tilesnav_ref.scene.claims import check_claims, is_binary_stl
 from tilesnav_ref.scene.errors import SceneError
 from tilesnav_ref.scene.materials import material_names, with_named_materials
+from tilesnav_ref.scene.parts import MeshFile, Part
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off")
 
@@ -45,30 +45,6 @@ PARSER_FAILURES = (
     json.JSONDecodeError,
 )
 """What trimesh has been seen to raise on broken files; it has no error of its own."""
-
-
-@dataclass(frozen=True)
-class Part:
-    """One placed geometry of a file."""
-
-    name: str
-    vertices: NDArray[np.float64]
-    """(V, 3) file units, axes of the file, node transforms applied."""
-    faces: NDArray[np.int64]
-    """(F, 3), within range."""
-    labels: tuple[str, ...] = ()
-    """Names by which it can be chosen: its own, that of its mesh, that of its material if asked for."""
-
-
-@dataclass(frozen=True)
-class MeshFile:
-    """All placed geometries of a file."""
-
-    parts: tuple[Part, ...]
-    skipped: int
-    """Geometries without faces: points and lines."""
-    notes: tuple[str, ...] = ()
-    """Remarks for people."""
 
 
 def read_mesh(path: Path, max_faces: int, with_materials: bool = False) -> MeshFile:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.scene.errors import SceneError
-from tilesnav_ref.scene.read import Part
+from tilesnav_ref.scene.parts import Part
 from tilesnav_ref.scene.tiles.containers import Batched, open_b3dm, open_cmpt
 from tilesnav_ref.scene.tiles.files import Files
 from tilesnav_ref.scene.tiles.geometry import Budget, Geometry, read_model, split_glb

@@ -7,7 +7,7 @@ from collections import Counter
 from pathlib import Path
 
 from tilesnav_ref.scene.errors import SceneError
-from tilesnav_ref.scene.read import MeshFile
+from tilesnav_ref.scene.parts import MeshFile
 from tilesnav_ref.scene.tiles.contents import Contents
 from tilesnav_ref.scene.tiles.files import Files
 from tilesnav_ref.scene.tiles.walk import Walk

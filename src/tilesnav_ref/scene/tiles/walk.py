@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.scene.errors import SceneError
-from tilesnav_ref.scene.read import Part
+from tilesnav_ref.scene.parts import Part
 from tilesnav_ref.scene.tiles.files import Files
 from tilesnav_ref.scene.tiles.implicit import Address, expand, implicit_tiles, parents
 from tilesnav_ref.scene.tiles.values import Value, parse
