@@ -238,7 +238,7 @@ def test_faces_are_counted_with_all_their_instances(tmp_path: Path) -> None:
     root = tile(children=[tile("a.glb") for _ in range(20)])
     path = write(tmp_path, {"tileset.json": tileset(root), "a.glb": ONE})
     assert len(read_tileset(path, "auto", 20).parts) == 20
-    with pytest.raises(SceneError, match="1 faces with those of all instances so far; allowed: at most 0 more"):
+    with pytest.raises(SceneError, match="1 faces, instances counted; allowed: at most 0 more"):
         read_tileset(path, "auto", 19)
 
 

@@ -14,7 +14,8 @@ import pytest
 from tileset_fixture import TRIANGLE, Y_UP_TO_Z_UP, b3dm, glb, model, tile, tileset, write
 
 from tilesnav_ref.scene import SceneError, SceneSettings, load_scene
-from tilesnav_ref.scene.read import MeshFile
+from tilesnav_ref.scene.parts import MeshFile
+from tilesnav_ref.scene.read import read_mesh
 from tilesnav_ref.scene.tiles import read_tileset
 
 SQUARE = np.array(((0, 0, 0), (1, 0, 0), (0, 0, -1), (1, 0, -1)), float)
@@ -315,3 +316,24 @@ def test_a_missing_decoder_is_named_with_its_extra(
         document["bufferViews"][0]["extensions"] = {"EXT_meshopt_compression": packed}
     with pytest.raises(SceneError, match=rf"no {library}; allowed: {library} installed \(pip install 'tilesnav\[tiles"):
         read(tmp_path, glb(document, binary))
+
+
+def test_a_glb_file_may_be_compressed_too(tmp_path: Path) -> None:
+    meshopt = pytest.importorskip("meshopt", reason="meshopt is not installed (extra tiles)")
+    path = tmp_path / "grid.glb"
+    path.write_bytes(glb(*compressed_by_meshopt(meshopt)))
+    scene, report = load_scene(path, SceneSettings(up="z"))
+    assert report.up == "z"
+    assert oriented(scene.corners() * scene.step) == oriented(GRID[GRID_FACES])
+
+
+def test_primitives_of_a_glb_file_keep_their_order_and_names(tmp_path: Path) -> None:
+    """Not by random names of frames, which another library gives them."""
+    document, binary = model(node={"name": "house"})
+    document["meshes"][0]["primitives"] *= 3
+    document["nodes"].append({"mesh": 0})
+    document["scenes"] = [{"nodes": [1, 0]}]
+    path = tmp_path / "a.glb"
+    path.write_bytes(glb(document, binary))
+    found = [part.name for part in read_mesh(path, 100).parts]
+    assert found == ["a", "a_1", "a_2", "house", "house_1", "house_2"]

@@ -1,4 +1,4 @@
-"""Reading of mesh files through trimesh."""
+"""Reading of mesh files: glTF by this package, all others through trimesh."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from tilesnav_ref.scene.claims import check_claims, is_binary_stl
 from tilesnav_ref.scene.errors import SceneError
+from tilesnav_ref.scene.gltf import read_gltf
+from tilesnav_ref.scene.gltf.files import FILE_BYTES_LIMIT
 from tilesnav_ref.scene.materials import material_names, with_named_materials
 from tilesnav_ref.scene.parts import MeshFile, Part
 
-SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off")
-
-FILE_BYTES_LIMIT = 2 << 30
-"""Bytes; parsers hold a file several times over."""
+GLTF_SUFFIXES = (".glb", ".gltf")
+SUFFIXES = (".ply", ".obj", ".stl", *GLTF_SUFFIXES, ".off")
 
 PARSER_FAILURES = (
     ValueError,
@@ -69,10 +69,14 @@ def read_mesh(path: Path, max_faces: int, with_materials: bool = False) -> MeshF
     if suffix not in SUFFIXES:
         raise SceneError(source, "name", repr(suffix), ", ".join(SUFFIXES))
     data = _read_bytes(path)
-    claimed = check_claims(path, data, max_faces)
-    scene = _parse(path, suffix, data, with_materials)
-    materials = material_names(suffix, data, scene) if with_materials else {}
-    parts, skipped = _placed_parts(source, scene, max_faces, materials)
+    claimed = None
+    if suffix in GLTF_SUFFIXES:
+        parts, skipped = read_gltf(path, data, max_faces, with_materials)
+    else:
+        claimed = check_claims(path, data, max_faces)
+        scene = _parse(path, suffix, data, with_materials)
+        materials = material_names(scene) if with_materials and suffix == ".obj" else {}
+        parts, skipped = _placed_parts(source, scene, max_faces, materials)
     count = sum(len(p.faces) for p in parts)
     if claimed is not None and count < claimed:
         raise SceneError(source, "faces", f"{count} of the {claimed} that the header claims", "all of them")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.scene.errors import SceneError
-from tilesnav_ref.scene.tiles.values import Value, parse
+from tilesnav_ref.scene.gltf.values import Value, parse
 
 B3DM_HEADER = struct.Struct("<4s6I")
 CMPT_HEADER = struct.Struct("<4s3I")

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from tilesnav_ref.scene.errors import SceneError
 from tilesnav_ref.scene.parts import Part
 from tilesnav_ref.scene.tiles.containers import Batched, open_b3dm, open_cmpt
-from tilesnav_ref.scene.tiles.files import Files
-from tilesnav_ref.scene.tiles.geometry import Budget, Geometry, read_model, split_glb
-from tilesnav_ref.scene.tiles.values import parse
+from tilesnav_ref.scene.gltf.files import Files
+from tilesnav_ref.scene.gltf.grouping import Grouped
+from tilesnav_ref.scene.gltf.model import Budget, read_model, split_glb
+from tilesnav_ref.scene.gltf.values import parse
 from tilesnav_ref.scene.tiles.walk import Placed
 
 UNREAD = {b"i3dm": "i3dm", b"pnts": "pnts", b"vctr": "vctr", b"geom": "geom"}
@@ -85,10 +86,10 @@ class Contents:
         self.primitives_left_out += model.skipped
         moved = placed.matrix @ _translation(batched.center)
         name = self._files.name(placed.path)
-        grouped = _Grouped(name, batched.texts)
+        grouped = Grouped(batched.texts)
         for geometry in model.geometries:
             self._faces -= len(geometry.primitive.faces)
-            grouped.add(source, geometry, moved @ geometry.matrix)
+            grouped.add(source, name, geometry, moved @ geometry.matrix)
         return grouped.parts()
 
 
@@ -96,46 +97,3 @@ def _translation(center: NDArray[np.float64]) -> NDArray[np.float64]:
     matrix = np.eye(4)
     matrix[:3, 3] = center
     return matrix
-
-
-class _Grouped:
-    """Parts of a content: faces of the same feature and the same names are one."""
-
-    def __init__(self, name: str, texts: tuple[tuple[str, ...], ...]) -> None:
-        self._name, self._texts = name, texts
-        self._pieces: dict[tuple[str, tuple[str, ...]], list[tuple[NDArray, NDArray]]] = {}
-
-    def add(self, source: str, geometry: Geometry, matrix: NDArray[np.float64]) -> None:
-        """Add a placed primitive."""
-        primitive = geometry.primitive
-        with np.errstate(over="ignore", invalid="ignore"):  # refused below
-            vertices = primitive.vertices @ matrix[:3, :3].T + matrix[:3, 3]
-        if not np.isfinite(vertices).all():
-            raise SceneError(source, "transform", "a result that is not finite", "finite coordinates")
-        faces = primitive.faces
-        if np.linalg.det(matrix[:3, :3]) < 0:  # glTF 2.0, section 3.5.2: a mirrored mesh turns its faces
-            faces = faces[:, ::-1]
-        if primitive.feature is None:
-            self._add((self._name, geometry.labels), vertices, faces)
-            return
-        order = np.argsort(primitive.feature, kind="stable")
-        ids, starts = np.unique(primitive.feature[order], return_index=True)
-        for number, chosen in zip(ids.tolist(), np.split(order, starts[1:]), strict=True):
-            texts = self._texts[number] if 0 <= number < len(self._texts) else ()
-            used, corners = np.unique(faces[chosen], return_inverse=True)
-            name = f"{self._name}#{number}"
-            self._add((name, (*geometry.labels, *texts)), vertices[used], corners.reshape(-1, 3))
-
-    def _add(self, key: tuple[str, tuple[str, ...]], vertices: NDArray, faces: NDArray) -> None:
-        self._pieces.setdefault(key, []).append((vertices, faces))
-
-    def parts(self) -> list[Part]:
-        """Give the parts, in the order in which they came."""
-        found = []
-        for (name, labels), pieces in self._pieces.items():
-            starts = np.cumsum([0, *(len(vertices) for vertices, _ in pieces)])
-            vertices = np.concatenate([piece[0] for piece in pieces])
-            faces = np.concatenate([piece[1] + start for piece, start in zip(pieces, starts[:-1], strict=True)])
-            if len(faces):
-                found.append(Part(name, vertices, faces, tuple(dict.fromkeys((name, self._name, *labels)))))
-        return found

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.scene.errors import SceneError
-from tilesnav_ref.scene.tiles.files import Files
-from tilesnav_ref.scene.tiles.values import Value, integer_or, parse
+from tilesnav_ref.scene.gltf.files import Files
+from tilesnav_ref.scene.gltf.values import Value, integer_or, parse
 
 HEADER = struct.Struct("<4sIQQ")
 NODES_LIMIT = 1 << 24

@@ -9,7 +9,7 @@ from pathlib import Path
 from tilesnav_ref.scene.errors import SceneError
 from tilesnav_ref.scene.parts import MeshFile
 from tilesnav_ref.scene.tiles.contents import Contents
-from tilesnav_ref.scene.tiles.files import Files
+from tilesnav_ref.scene.gltf.files import Files
 from tilesnav_ref.scene.tiles.walk import Walk
 
 LOG = logging.getLogger(__name__)

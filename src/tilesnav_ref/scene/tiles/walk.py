@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from tilesnav_ref.scene.errors import SceneError
 from tilesnav_ref.scene.parts import Part
-from tilesnav_ref.scene.tiles.files import Files
+from tilesnav_ref.scene.gltf.files import Files
 from tilesnav_ref.scene.tiles.implicit import Address, expand, implicit_tiles, parents
-from tilesnav_ref.scene.tiles.values import Value, parse
+from tilesnav_ref.scene.gltf.values import Value, parse
 
 TILES_LIMIT = 1 << 22
 """Explicit tiles, those of external tilesets counted as often as they are named."""

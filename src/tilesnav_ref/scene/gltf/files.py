@@ -7,10 +7,10 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 from tilesnav_ref.scene.errors import SceneError
-from tilesnav_ref.scene.tiles.values import Value
+from tilesnav_ref.scene.gltf.values import Value
 
 FILE_BYTES_LIMIT = 2 << 30
-"""Bytes of one file, and of what is decompressed from it."""
+"""Bytes of one file, and of what is decompressed from it; parsers hold a file several times over."""
 TOTAL_BYTES_LIMIT = 64 << 30
 """Bytes that are read at all; files that are named again count again."""
 

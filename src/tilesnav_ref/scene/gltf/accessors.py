@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_ref.scene.tiles.compressed import MESHOPT, decode_meshopt
-from tilesnav_ref.scene.tiles.files import FILE_BYTES_LIMIT, Files
-from tilesnav_ref.scene.tiles.values import Value, integer_or
+from tilesnav_ref.scene.gltf.compressed import MESHOPT, decode_meshopt
+from tilesnav_ref.scene.gltf.files import FILE_BYTES_LIMIT, Files
+from tilesnav_ref.scene.gltf.values import Value, integer_or
 
 TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}

@@ -8,9 +8,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_ref.scene.tiles.accessors import Arrays
-from tilesnav_ref.scene.tiles.compressed import DRACO, DracoMesh, decode_draco
-from tilesnav_ref.scene.tiles.values import Value
+from tilesnav_ref.scene.gltf.accessors import Arrays
+from tilesnav_ref.scene.gltf.compressed import DRACO, DracoMesh, decode_draco
+from tilesnav_ref.scene.gltf.values import Value
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 

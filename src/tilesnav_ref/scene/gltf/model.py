@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.scene.errors import SceneError
-from tilesnav_ref.scene.tiles.accessors import Arrays
-from tilesnav_ref.scene.tiles.files import Files
-from tilesnav_ref.scene.tiles.nodes import placed_meshes
-from tilesnav_ref.scene.tiles.primitives import Primitive, read_mesh_primitives
-from tilesnav_ref.scene.tiles.values import Value, parse
+from tilesnav_ref.scene.gltf.accessors import Arrays
+from tilesnav_ref.scene.gltf.files import Files
+from tilesnav_ref.scene.gltf.nodes import placed_meshes
+from tilesnav_ref.scene.gltf.primitives import Primitive, read_mesh_primitives
+from tilesnav_ref.scene.gltf.values import Value, parse
 
 HEADER = struct.Struct("<4sIIII")
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
@@ -61,7 +61,7 @@ class Geometry:
 
     primitive: Primitive
     matrix: NDArray[np.float64]
-    """(4, 4) from the primitive to the axes of the tile (z up), without the transform of the tile."""
+    """(4, 4) from the primitive to the axes of the result."""
     labels: tuple[str, ...]
     """Names of node, mesh and material, as far as they have some."""
 
@@ -86,9 +86,11 @@ def split_glb(source: str, place: str, data: memoryview) -> tuple[Value, memoryv
     if len(data) < HEADER.size:
         raise SceneError(source, f"{place} header", f"{len(data)} bytes", f"{HEADER.size} of glTF or more")
     magic, version, length, chunk, kind = HEADER.unpack_from(data)
-    if magic != b"glTF" or version != 2 or length > len(data):
-        found = f"{magic!r}, version {version}, length {length} in {len(data)} bytes"
-        raise SceneError(source, f"{place} header", found, "glTF of version 2, length within the file")
+    if magic != b"glTF":
+        raise SceneError(source, f"{place} header", repr(bytes(data[:16])), "that of binary glTF")
+    if version != 2 or length > len(data):
+        found = f"version {version}, length {length} in {len(data)} bytes"
+        raise SceneError(source, f"{place} header", found, "version 2, length within the file")
     if kind != JSON_CHUNK or HEADER.size + chunk > length:
         raise SceneError(source, f"{place} first chunk", f"type {kind:#x} of {chunk} bytes", "JSON that fits")
     start = HEADER.size + chunk
@@ -104,7 +106,7 @@ def split_glb(source: str, place: str, data: memoryview) -> tuple[Value, memoryv
 
 
 def read_model(
-    files: Files, path: Path, content: tuple[Value, memoryview], up: str, budget: Budget
+    files: Files, path: Path, content: tuple[Value, memoryview], up: str | None, budget: Budget
 ) -> Model:
     """Read the scene of a document.
 
@@ -115,8 +117,9 @@ def read_model(
         File that it is in.
     content : (Value, memoryview)
         Document and binary chunk.
-    up : str
-        Axis that points up: y by the definition of glTF.
+    up : str or None
+        Axis that points up, y by the definition of glTF: the result has z up, and CESIUM_RTC applied. None: the
+        axes of the file, as it is.
     budget : Budget
 
     Raises
@@ -129,7 +132,7 @@ def read_model(
         if extension.text() not in EXTENSIONS and not extension.raw.startswith("KHR_materials_"):
             raise extension.error(repr(extension.raw), ", ".join(sorted(EXTENSIONS)))
     arrays = Arrays(files, path, document, binary, budget.elements)
-    upright = _center(document) @ _turn(up)
+    upright = np.eye(4) if up is None else _center(document) @ _turn(up)
     primitives: dict[int, list[Primitive]] = {}
     found: list[Geometry] = []
     skipped = count = 0
@@ -142,7 +145,7 @@ def read_model(
         for primitive in primitives[number]:
             count += len(primitive.faces) * len(node.matrices)
             if count > budget.faces:
-                many = f"{count} faces with those of all instances so far"
+                many = f"{count} faces, instances counted"
                 raise node.mesh.error(many, f"at most {budget.faces} more (max_faces)")
             labels = (*node.labels, *_name(meshes[number]), *primitive.labels)
             found += [Geometry(primitive, upright @ matrix, labels) for matrix in node.matrices]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.scene.errors import SceneError
-from tilesnav_ref.scene.tiles.values import Value
+from tilesnav_ref.scene.gltf.values import Value
 
 DRACO = "KHR_draco_mesh_compression"
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")

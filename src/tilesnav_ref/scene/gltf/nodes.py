@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_ref.scene.tiles.accessors import Arrays
-from tilesnav_ref.scene.tiles.values import Value
+from tilesnav_ref.scene.gltf.accessors import Arrays
+from tilesnav_ref.scene.gltf.values import Value
 
 INSTANCING = "EXT_mesh_gpu_instancing"
 
