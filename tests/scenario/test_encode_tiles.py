@@ -38,23 +38,26 @@ OPTIONS = ("--quiet", "--min-cell", "2", "--max-cell", "8", "--rays", "500", "--
 def house(number: int, x: float) -> tuple[np.ndarray, np.ndarray]:
     """A box on the ground: corners in the axes of a tile, and faces."""
     box = trimesh.creation.box(SIZES[number])
-    return np.asarray(box.vertices) + (x, 0, SIZES[number][2] / 2), np.asarray(box.faces)
+    box.apply_translation((x, 0, SIZES[number][2] / 2))
+    return np.asarray(box.vertices), np.asarray(box.faces)
 
 
 def city(folder: Path) -> tuple[Path, np.ndarray]:
-    """Two houses, each 20 m off the middle: an external b3dm tile and an implicit glb tile; and where they are."""
+    """Two houses 20 m off the middle, an external b3dm tile and an implicit glb tile; and where they are."""
     (west, west_faces), (east, east_faces) = house(0, -20), house(1, 20)
-    ground = model(np.array(((-35, -20, 0), (35, -20, 0), (35, 20, 0), (-35, 20, 0))) @ Y_UP_TO_Z_UP, [[0, 1, 2], [0, 2, 3]])
+    flat = np.array(((-35, -20, 0), (35, -20, 0), (35, 20, 0), (-35, 20, 0)), float)
+    ground = model(flat @ Y_UP_TO_Z_UP, [[0, 1, 2], [0, 2, 3]])
     first = b3dm(
         glb(*model((west - (0, 0, 3)) @ Y_UP_TO_Z_UP, west_faces, batch=np.zeros(8))),
         {"BATCH_LENGTH": 1, "RTC_CENTER": [0, 0, 3]},
         {"name": ["west"]},
     )
-    tiling = {"subdivisionScheme": "OCTREE", "availableLevels": 1, "subtreeLevels": 1, "subtrees": {"uri": "s{level}"}}
-    every = {"constant": 1}
-    leaves = {"tileAvailability": every, "contentAvailability": [every], "childSubtreeAvailability": {"constant": 0}}
+    tiling = {"subdivisionScheme": "OCTREE", "availableLevels": 1, "subtreeLevels": 1}
+    every, none = {"constant": 1}, {"constant": 0}
+    leaves = {"tileAvailability": every, "contentAvailability": [every], "childSubtreeAvailability": none}
+    implicit = tile("east{level}.glb", implicitTiling={**tiling, "subtrees": {"uri": "s{level}"}})
     root = tile("coarse.glb", refine="REPLACE", transform=earth_transform(*PLACE))
-    root["children"] = [tile("ground.glb"), tile("in/west.json"), tile("east{level}.glb", implicitTiling=tiling)]
+    root["children"] = [tile("ground.glb"), tile("in/west.json"), implicit]
     files = {
         "tileset.json": tileset(root),
         "coarse.glb": glb(*model(np.eye(3) * 9)),
@@ -64,7 +67,6 @@ def city(folder: Path) -> tuple[Path, np.ndarray]:
         "east0.glb": glb(*model(east @ Y_UP_TO_Z_UP, east_faces)),
         "s0": subtree(leaves),
     }
-    flat = np.array(((-35, -20, 0), (35, -20, 0), (35, 20, 0), (-35, 20, 0)), float)
     local = np.concatenate((flat, west, east))
     return write(folder, files), ecef(*PLACE) + local @ axes(*PLACE[:2])
 
@@ -78,8 +80,10 @@ def encoded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, np.ndarray]
 
 
 def test_the_validator_accepts_it(encoded: tuple[Path, np.ndarray]) -> None:
-    command = [sys.executable, "-m", "tilesnav_validator", str(encoded[0] / "tileset.json"), "--json", "--rays", "20000"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    command = [sys.executable, "-m", "tilesnav_validator", str(encoded[0] / "tileset.json")]
+    done = subprocess.run(
+        [*command, "--json", "--rays", "20000"], capture_output=True, text=True, check=False, timeout=300
+    )
     report: dict[str, Any] = json.loads(done.stdout)
     assert report["verdict"] == "valid", done.stdout[-2000:]
 
@@ -87,7 +91,8 @@ def test_the_validator_accepts_it(encoded: tuple[Path, np.ndarray]) -> None:
 def test_it_is_where_the_input_was(encoded: tuple[Path, np.ndarray]) -> None:
     """The output is a tileset too: its contents, read like any other, lie on the positions of the input."""
     out, expected = encoded
-    found = np.concatenate([part.vertices for part in read_tileset(out / "tileset.json", "auto", 10_000).parts])
+    parts = read_tileset(out / "tileset.json", "auto", 10_000).parts
+    found = np.concatenate([part.vertices for part in parts])
     away = np.linalg.norm(found[:, None] - expected, axis=2)
     assert away.min(axis=1).max() < 1e-3
     assert away.min(axis=0).max() < 1e-3

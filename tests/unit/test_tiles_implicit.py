@@ -18,7 +18,7 @@ ALWAYS, NEVER = {"constant": 1}, {"constant": 0}
 def at(*place: int) -> bytes:
     """A triangle whose first corner says where it is: (x, y, z) of the tile's axes."""
     x, y, z = place
-    return glb(*model(TRIANGLE + (x, z, -y)))
+    return glb(*model(TRIANGLE + np.array((x, z, -y))))
 
 
 def tree(scheme: str, levels: int, depth: int, **members: Any) -> dict[str, Any]:
@@ -56,7 +56,11 @@ def test_quadtree_of_two_subtrees(tmp_path: Path) -> None:
         [bits(5, 0, 2, 3), bits(5, 2, 4), bits(16, 9)],  # 4 has content and is not available
     )
     below = subtree(
-        {"tileAvailability": ALWAYS, "contentAvailability": [{"bitstream": 0}], "childSubtreeAvailability": NEVER},
+        {
+            "tileAvailability": ALWAYS,
+            "contentAvailability": [{"bitstream": 0}],
+            "childSubtreeAvailability": NEVER,
+        },
         [bits(5, 0, 4)],
     )
     files = {
@@ -100,7 +104,11 @@ def test_octree_with_json_subtrees_and_a_buffer_file(tmp_path: Path) -> None:
 )
 def test_refinement(refine: str, kept: list[str], tmp_path: Path) -> None:
     # Level 2 starts at place 5; x 1, y 1 is number 3 there. It lies in 1/0/0, and all lie in 0/0/0.
-    one = {"tileAvailability": ALWAYS, "contentAvailability": [{"bitstream": 0}], "childSubtreeAvailability": NEVER}
+    one = {
+        "tileAvailability": ALWAYS,
+        "contentAvailability": [{"bitstream": 0}],
+        "childSubtreeAvailability": NEVER,
+    }
     files = {
         "tileset.json": tree("QUADTREE", 3, 3, refine=refine),
         "s/0/0/0.subtree": subtree(one, [bits(21, 0, 1, 4, 5 + 3)]),

@@ -27,7 +27,13 @@ from tileset_fixture import (
 from tilesnav_ref.scene import Scene, SceneError, SceneSettings, load_scene
 from tilesnav_ref.scene.tiles.place import near_earth
 
-PLACES = [(4.9, 52.4, 40.0), (-75.5, 39.15, -8.0), (151.2, -33.9, 60.0), (179.9999, 0.0, 0.0), (10.0, 89.0, 5.0)]
+PLACES = [
+    (4.9, 52.4, 40.0),
+    (-75.5, 39.15, -8.0),
+    (151.2, -33.9, 60.0),
+    (179.9999, 0.0, 0.0),
+    (10.0, 89.0, 5.0),
+]
 HALF_STEP = np.sqrt(3) / 2 / 1024
 """Metres: the most that snapping to the grid moves a vertex; less than a millimetre."""
 HOUSE = np.array(((-30, 5, 12), (41, 2, -9), (3, 20, 33), (0, -4, 0)), float)
@@ -84,7 +90,9 @@ def test_positions_far_from_the_origin_in_the_content_itself(tmp_path: Path) -> 
     center = np.round(base)
     enu = HOUSE @ Y_UP_TO_Z_UP.T
     relative = base - center + enu @ axes(*place[:2])
-    document, binary = model(relative @ Y_UP_TO_Z_UP, FACES, extensions={"CESIUM_RTC": {"center": center.tolist()}})
+    document, binary = model(
+        relative @ Y_UP_TO_Z_UP, FACES, extensions={"CESIUM_RTC": {"center": center.tolist()}}
+    )
     scene, _ = load(tmp_path / "rtc", tile("a.glb"), glb(document, binary))
     expected = ordered(center + np.float64(np.float32(relative)))
     assert np.abs(on_earth(scene) - expected).max() < HALF_STEP
@@ -108,7 +116,7 @@ def test_the_zero_of_a_local_tileset_may_be_set(tmp_path: Path) -> None:
     scene, _ = load(tmp_path, root, glb(*model()), origin=(10.0, 20.0, 30.0))
     expected = ordered(TRIANGLE @ Y_UP_TO_Z_UP.T)
     assert np.array_equal(ordered(scene.vertices * scene.step), expected)
-    assert np.array_equal(on_earth(scene), expected + (10, 20, 30))
+    assert np.array_equal(on_earth(scene), expected + np.array((10, 20, 30)))
 
 
 def test_a_local_tileset_whose_place_is_said(tmp_path: Path) -> None:
@@ -119,12 +127,16 @@ def test_a_local_tileset_whose_place_is_said(tmp_path: Path) -> None:
 
 def test_positions_of_which_some_are_on_earth(tmp_path: Path) -> None:
     vertices = [[A, 0, 0], [A, 0, 9], [0, 0, 0]]
-    with pytest.raises(SceneError, match="positions: found 2 of 3 within 20000 m of the ellipsoid; allowed: all"):
+    with pytest.raises(
+        SceneError, match="positions: found 2 of 3 within 20000 m of the ellipsoid; allowed: all"
+    ):
         load(tmp_path, tile("a.glb"), glb(*model(vertices)))
 
 
 def test_what_is_near_the_earth() -> None:
-    points = [ecef(lon, lat, h) for lon in (0, 123) for lat in (-90, -30, 0, 45.3, 90) for h in (-500, 0, 9000)]
+    points = [
+        ecef(lon, lat, h) for lon in (0, 123) for lat in (-90, -30, 0, 45.3, 90) for h in (-500, 0, 9000)
+    ]
     assert near_earth(np.array(points)).all()
     away = [(0, 0, 0), (A + 21_000, 0, 0), (0, 0, B - 21_000), (499946.0, 6783362.0, 87.0), (0, 0, A + 2_000)]
     assert not near_earth(np.array(away, float)).any()

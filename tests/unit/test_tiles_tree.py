@@ -53,7 +53,24 @@ def test_version_1_0_b3dm(tmp_path: Path) -> None:
 
 
 def test_transforms_multiply_from_the_root_down(tmp_path: Path) -> None:
-    turned = [0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 100, 0, 0, 1]  # x becomes y, y becomes -x; then 100 along x
+    turned = [
+        0,
+        1,
+        0,
+        0,
+        -1,
+        0,
+        0,
+        0,
+        0,
+        0,
+        1,
+        0,
+        100,
+        0,
+        0,
+        1,
+    ]  # x becomes y, y becomes -x; then 100 along x
     root = tile(transform=turned, children=[tile("a.glb", transform=moved(10, 20, 30))])
     path = write(tmp_path, {"tileset.json": tileset(root), "a.glb": ONE})
     found = read_tileset(path, "auto", 1000).parts[0].vertices
@@ -104,7 +121,9 @@ def test_several_contents_of_a_tile(tmp_path: Path) -> None:
 
 def test_external_tilesets_are_followed_with_their_place(tmp_path: Path) -> None:
     outer = tileset(
-        tile(children=[tile("in/one.json", transform=moved(5, 0)), tile("in/one.json", transform=moved(9, 0))])
+        tile(
+            children=[tile("in/one.json", transform=moved(5, 0)), tile("in/one.json", transform=moved(9, 0))]
+        )
     )
     inner = tileset(tile("deeper/a%20b.glb?v=3", transform=moved(0, 7)))
     path = write(tmp_path, {"tileset.json": outer, "in/one.json": inner, "in/deeper/a b.glb": ONE})
@@ -139,7 +158,10 @@ def test_composites_are_opened_and_others_are_counted(tmp_path: Path, caplog: An
 
 
 def test_only_contents_without_triangles_are_an_error(tmp_path: Path) -> None:
-    files = {"tileset.json": tileset(tile("a.pnts", children=[tile("a.pnts")])), "a.pnts": other_tile(b"pnts")}
+    files = {
+        "tileset.json": tileset(tile("a.pnts", children=[tile("a.pnts")])),
+        "a.pnts": other_tile(b"pnts"),
+    }
     with pytest.raises(SceneError, match=r"no face \(2 pnts\); allowed: contents with one triangle"):
         read_tileset(write(tmp_path, files), "auto", 1000)
 

@@ -1,4 +1,4 @@
-"""Arrays of a glTF document: buffers, buffer views (compressed ones too) and accessors (glTF 2.0, section 3.6)."""
+"""Arrays of a glTF document: buffers, buffer views and accessors (glTF 2.0, section 3.6)."""
 
 from __future__ import annotations
 
@@ -46,7 +46,21 @@ class Arrays:
         """Elements that an accessor claims to have, within the limit."""
         return self._accessor(number).need("count").integer(0, self._limit)
 
-    def array(self, number: Value, width: int) -> NDArray[np.float64] | NDArray[np.int64]:
+    def indices(self, number: Value) -> NDArray[np.int64]:
+        """Give the (count,) values of an accessor of unsigned integers.
+
+        Raises
+        ------
+        SceneError
+            When it is of another kind, or is not within its buffer.
+        """
+        accessor = self._accessor(number)
+        if self._dtype(accessor).kind != "u":
+            component = accessor.need("componentType")
+            raise component.error(str(component.raw), "that of unsigned integers, as it holds indices")
+        return self.array(number, 1)[:, 0].astype(np.int64)
+
+    def array(self, number: Value, width: int) -> NDArray[np.float64]:
         """Give the values of an accessor.
 
         Parameters
@@ -58,7 +72,7 @@ class Arrays:
 
         Returns
         -------
-        (count, width) float64 or int64
+        (count, width) float64
             Normalized integers as the fractions that they stand for.
 
         Raises
@@ -85,8 +99,8 @@ class Arrays:
         normalized = accessor.member("normalized")
         if normalized is not None and normalized.raw is True and dtype.kind != "f":
             # glTF 2.0, section 3.6.2.2: the least signed integer stands for -1, as its neighbour does
-            return np.maximum(values / float(np.iinfo(dtype).max), -1.0)
-        return values.astype(np.float64 if dtype.kind == "f" else np.int64)
+            return np.maximum(values.astype(np.float64) / float(np.iinfo(dtype).max), -1.0)
+        return values.astype(np.float64)
 
     def view(self, number: Value) -> memoryview:
         """Bytes of a buffer view, decompressed where it is compressed."""
@@ -124,7 +138,7 @@ class Arrays:
         end = start + (shape[0] - 1) * stride + row if shape[0] else start
         if stride < row or end > len(data):
             found = f"{shape[0]} elements of {row} bytes at every {stride} from {start}"
-            raise place.error(found, f"elements within the {len(data)} bytes of the buffer view, not overlapping")
+            raise place.error(found, f"elements apart, within the {len(data)} bytes of the view")
         if not shape[0]:
             return np.zeros(shape, dtype)
         flat = np.frombuffer(data, np.uint8, end - start, start)

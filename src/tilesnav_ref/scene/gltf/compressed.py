@@ -117,7 +117,7 @@ def decode_meshopt(packed: Value, data: memoryview, limit: int, room: int) -> by
     try:
         decoded = library.decode_gltf_buffer(bytes(data), count, stride, mode, chosen)
     except (ValueError, TypeError, RuntimeError, MemoryError) as error:
-        raise packed.error(f"{type(error).__name__}: {error}", "meshopt data as the extension says") from error
+        raise packed.error(f"{type(error).__name__}: {error}", "meshopt data as it is stated") from error
     return np.ascontiguousarray(decoded).tobytes()
 
 

@@ -62,7 +62,8 @@ class Grouped:
         for (name, labels), pieces in self._pieces.items():
             starts = np.cumsum([0, *(len(vertices) for vertices, _ in pieces)])
             vertices = np.concatenate([piece[0] for piece in pieces])
-            faces = np.concatenate([piece[1] + start for piece, start in zip(pieces, starts[:-1], strict=True)])
+            each = zip(pieces, starts[:-1], strict=True)
+            faces = np.concatenate([piece[1] + start for piece, start in each])
             if len(faces):
                 found.append(Part(name, vertices, faces, tuple(dict.fromkeys((name, *labels)))))
         return found

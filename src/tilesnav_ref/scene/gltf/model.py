@@ -118,8 +118,8 @@ def read_model(
     content : (Value, memoryview)
         Document and binary chunk.
     up : str or None
-        Axis that points up, y by the definition of glTF: the result has z up, and CESIUM_RTC applied. None: the
-        axes of the file, as it is.
+        Axis that points up, y by the definition of glTF: the result has z up, and CESIUM_RTC applied.
+        None: the axes of the file, as it is.
     budget : Budget
 
     Raises

@@ -79,9 +79,11 @@ def _matrix(node: Value) -> NDArray[np.float64]:
     given = {name: node.member(name) for name in ("translation", "rotation", "scale")}
     defaults = {"translation": np.zeros(3), "rotation": np.array((0.0, 0.0, 0.0, 1.0)), "scale": np.ones(3)}
     move, turn, scale = (
-        defaults[name] if value is None else value.numbers(len(defaults[name])) for name, value in given.items()
+        defaults[name] if value is None else value.numbers(len(defaults[name]))
+        for name, value in given.items()
     )
-    return _composed(move[None], _unit(turn[None], node), scale[None])[0]
+    matrices = _composed(move[None], _unit(turn[None], node), scale[None])
+    return matrices.reshape(4, 4)
 
 
 def _unit(turns: NDArray[np.float64], place: Value) -> NDArray[np.float64]:
@@ -128,6 +130,6 @@ def _instances(node: Value, arrays: Arrays, limit: int) -> NDArray[np.float64]:
     }
     for name, value in given.items():
         if value is not None:
-            values[name] = arrays.array(value, values[name].shape[1]).astype(np.float64)
+            values[name] = arrays.array(value, values[name].shape[1])
     turns = _unit(values["ROTATION"], attributes) if count else values["ROTATION"]
     return _composed(values["TRANSLATION"], turns, values["SCALE"])

@@ -75,10 +75,11 @@ def _read(primitive: Value, kind: int, arrays: Arrays, labels: tuple[str, ...], 
     extensions = primitive.member("extensions")
     draco = None if extensions is None else extensions.member(DRACO)
     ids = _ids(primitive, attributes)
+    feature: NDArray[np.generic] | None
     if draco is None:
-        vertices = arrays.array(position, 3).astype(np.float64)
+        vertices = arrays.array(position, 3)
         indices = primitive.member("indices")
-        flat = np.arange(len(vertices)) if indices is None else arrays.array(indices, 1)[:, 0]
+        flat = np.arange(len(vertices)) if indices is None else arrays.indices(indices)
         faces = _triangles(primitive, kind, flat)
         feature = None if ids is None else arrays.array(ids, 1)[:, 0]
     else:
@@ -89,11 +90,11 @@ def _read(primitive: Value, kind: int, arrays: Arrays, labels: tuple[str, ...], 
         stored = bool(name) and draco.need("attributes").has(name)
         feature = _attribute(draco, mesh, name, 1)[:, 0] if stored else None
     _check(primitive, vertices, faces)
-    feature = _of_faces(primitive, feature, vertices, faces)
+    numbers = _of_faces(primitive, feature, vertices, faces)
     if len(vertices) > 3 * len(faces):  # many primitives may share one large array: keep what each uses
         used, corners = np.unique(faces, return_inverse=True)
         vertices, faces = vertices[used], corners.reshape(-1, 3)
-    return Primitive(vertices, faces, feature, labels)
+    return Primitive(vertices, faces, numbers, labels)
 
 
 def _decoded(primitive: Value, draco: Value, arrays: Arrays, limit: int) -> DracoMesh:

@@ -28,8 +28,8 @@ def read_gltf(path: Path, data: bytes, max_faces: int, with_materials: bool) -> 
     Returns
     -------
     parts : tuple of Part
-        In the axes of the file; one for each placed primitive, or for each of its features. Named after node or
-        mesh; later ones of the same name are numbered.
+        In the axes of the file; one for each placed primitive, or for each of its features. Named after
+        node or mesh; later ones of the same name are numbered.
     skipped : int
         Primitives of points or lines.
 

@@ -48,7 +48,7 @@ def open_b3dm(source: str, place: str, data: memoryview) -> Batched:
         When header, lengths or tables are wrong.
     """
     if len(data) < B3DM_HEADER.size:
-        raise SceneError(source, f"{place} header", f"{len(data)} bytes", f"{B3DM_HEADER.size} of b3dm or more")
+        raise SceneError(source, f"{place} header", f"{len(data)} bytes", f"{B3DM_HEADER.size} or more")
     magic, version, length, *tables = B3DM_HEADER.unpack_from(data)
     ends = np.cumsum([B3DM_HEADER.size, *tables]).tolist()
     if magic != b"b3dm" or version != 1:
@@ -104,7 +104,7 @@ def open_cmpt(source: str, place: str, data: memoryview, depth: int = 0) -> Iter
         When header or lengths are wrong, or composites are nested too deep.
     """
     if len(data) < CMPT_HEADER.size:
-        raise SceneError(source, f"{place} header", f"{len(data)} bytes", f"{CMPT_HEADER.size} of cmpt or more")
+        raise SceneError(source, f"{place} header", f"{len(data)} bytes", f"{CMPT_HEADER.size} or more")
     _, version, length, count = CMPT_HEADER.unpack_from(data)
     if version != 1 or length > len(data) or depth > COMPOSITE_DEPTH:
         found = f"version {version}, length {length} in {len(data)} bytes, depth {depth}"
@@ -113,7 +113,7 @@ def open_cmpt(source: str, place: str, data: memoryview, depth: int = 0) -> Iter
     for k in range(count):
         inner = f"{place} tile {k}"
         if start + 12 > length:
-            raise SceneError(source, inner, f"byte {start} of {length}", f"{count} tiles within the composite")
+            raise SceneError(source, inner, f"byte {start} of {length}", f"{count} tiles within it")
         size = struct.unpack_from("<I", data, start + 8)[0]
         if size < 12 or start + size > length:
             raise SceneError(source, inner, f"length {size} at byte {start} of {length}", "one that fits")

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.scene.errors import SceneError
-from tilesnav_ref.scene.parts import Part
-from tilesnav_ref.scene.tiles.containers import Batched, open_b3dm, open_cmpt
 from tilesnav_ref.scene.gltf.files import Files
 from tilesnav_ref.scene.gltf.grouping import Grouped
 from tilesnav_ref.scene.gltf.model import Budget, read_model, split_glb
 from tilesnav_ref.scene.gltf.values import parse
+from tilesnav_ref.scene.parts import Part
+from tilesnav_ref.scene.tiles.containers import Batched, open_b3dm, open_cmpt
 from tilesnav_ref.scene.tiles.walk import Placed
 
 UNREAD = {b"i3dm": "i3dm", b"pnts": "pnts", b"vctr": "vctr", b"geom": "geom"}

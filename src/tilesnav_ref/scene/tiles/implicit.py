@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from tilesnav_ref.scene.gltf.files import Files
-from tilesnav_ref.scene.tiles.subtree import NODES_LIMIT, Shape, deinterleave, read_subtree
 from tilesnav_ref.scene.gltf.values import Value
+from tilesnav_ref.scene.tiles.subtree import NODES_LIMIT, Shape, deinterleave, read_subtree
 
 LEVELS_LIMIT = 40
 """Levels of a tree: tiles of the Earth's size are then of micrometres."""

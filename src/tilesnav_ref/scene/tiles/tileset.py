@@ -7,9 +7,9 @@ from collections import Counter
 from pathlib import Path
 
 from tilesnav_ref.scene.errors import SceneError
+from tilesnav_ref.scene.gltf.files import Files
 from tilesnav_ref.scene.parts import MeshFile
 from tilesnav_ref.scene.tiles.contents import Contents
-from tilesnav_ref.scene.gltf.files import Files
 from tilesnav_ref.scene.tiles.walk import Walk
 
 LOG = logging.getLogger(__name__)
@@ -32,8 +32,8 @@ def read_tileset(path: Path, up: str, max_faces: int, with_materials: bool = Fal
     Returns
     -------
     MeshFile
-        In the axes of the entry tileset, z up. A part for each feature of a content, or for each of its placed
-        primitives. Parts follow the order of the tree. Declared volumes and errors are not used.
+        In the axes of the entry tileset, z up. A part for each feature of a content, or for each set of
+        names in it. Parts follow the order of the tree. Declared volumes and errors are not used.
 
     Raises
     ------
@@ -60,7 +60,8 @@ def _notes(files: Files, contents: Contents, walk: Walk) -> tuple[str, ...]:
         f" SHA-256 over theirs, in order: {files.digest}"
     ]
     if contents.left_out:
-        notes.append(f"contents without triangles that can be read were left out: {_listed(contents.left_out)}")
+        listed = _listed(contents.left_out)
+        notes.append(f"contents without triangles that can be read were left out: {listed}")
     if walk.left_out.total():
         notes.append(f"contents were left out: {_listed(walk.left_out)}")
     return tuple(notes)

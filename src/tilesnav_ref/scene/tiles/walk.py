@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.scene.errors import SceneError
-from tilesnav_ref.scene.parts import Part
 from tilesnav_ref.scene.gltf.files import Files
-from tilesnav_ref.scene.tiles.implicit import Address, expand, implicit_tiles, parents
 from tilesnav_ref.scene.gltf.values import Value, parse
+from tilesnav_ref.scene.parts import Part
+from tilesnav_ref.scene.tiles.implicit import Address, expand, implicit_tiles, parents
 
 TILES_LIMIT = 1 << 22
 """Explicit tiles, those of external tilesets counted as often as they are named."""
@@ -131,7 +131,8 @@ class Walk:
 
     def _finest(self, uris: list[tuple[Value, str]], below: list[Part], state: _State) -> list[Part]:
         """Contents of a tile, external tilesets included, and what is below it; or only what is below."""
-        tilesets, meshes = [], []
+        tilesets: list[Path] = []
+        meshes: list[Path] = []
         for place, text in uris:
             path = self._files.at(place, text, state.path)
             (tilesets if _is_tileset(path) else meshes).append(path)
