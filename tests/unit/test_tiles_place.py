@@ -154,3 +154,16 @@ def test_a_region_is_in_the_nav_frame_and_volumes_are_not_believed(tmp_path: Pat
     assert (scene.face_count, report.cropped_faces) == (1, 1)
     expected = ecef(4.9, 52.4, 0.0) + (TRIANGLE @ Y_UP_TO_Z_UP.T + (300, 0, 0)) @ axes(4.9, 52.4)
     assert np.abs(on_earth(scene) - ordered(expected)).max() < HALF_STEP
+
+
+def test_the_zero_is_at_the_middle_of_a_large_town(tmp_path: Path) -> None:
+    """A town of 12 km in the shape of a triangle: all of it has to be within 8,192 m of the zero."""
+    far = np.array(((-6000, 0, 7800), (6000, 0, 7800), (-6000, 20, -7800)), float)
+    root = tile("a.glb", transform=earth_transform(-75.5, 39.15, 0.0))
+    scene, _ = load(tmp_path, root, glb(*model(far)))
+    nav = scene.vertices * scene.step
+    middle = (nav.min(axis=0) + nav.max(axis=0)) / 2
+    assert np.abs(middle[:2]).max() < 1.0  # the plan itself is bent by a few centimetres
+    assert nav[:, 2].min() == pytest.approx(0.0, abs=0.01)
+    expected = ecef(-75.5, 39.15, 0.0) + far @ Y_UP_TO_Z_UP.T @ axes(-75.5, 39.15)
+    assert np.abs(on_earth(scene) - ordered(expected)).max() < HALF_STEP

@@ -67,6 +67,8 @@ def test_delaware_is_implicit_and_compressed() -> None:
     assert (longitude.min(), longitude.max()) == pytest.approx((-75.5916, -75.4466), abs=1e-4)
     assert (latitude.min(), latitude.max()) == pytest.approx((39.0894, 39.2305), abs=1e-4)
     assert (height.min(), height.max()) == pytest.approx((-1.1, 77.1), abs=0.05)
+    frame = place("delaware", positions, SceneSettings())
+    assert np.abs(frame.positions[:, :2]).max() < 8_000  # 12.5 x 15.7 km: all of it is on the grid
 
 
 def test_rotterdam_is_projected(tmp_path: Path) -> None:
