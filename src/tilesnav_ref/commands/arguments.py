@@ -161,7 +161,9 @@ def _add_sample(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_encode(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", type=Path, metavar="SCENE", help="PLY, OBJ, STL, OFF, GLB or glTF file")
+    parser.add_argument(
+        "scene", type=Path, metavar="SCENE", help="PLY, OBJ, STL, OFF, GLB or glTF file, or tileset.json"
+    )
     parser.add_argument("out", type=Path, metavar="OUT", help="folder to make")
     parser.add_argument("--force", action="store_true", help="replace an older tileset at OUT when done")
     parser.add_argument("--quiet", action="store_true", help="no progress and no summary")
