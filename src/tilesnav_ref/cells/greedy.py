@@ -128,7 +128,6 @@ def choose_split(
 @kernel
 def _keep_clear(
     corners: NDArray[np.int64],
-    near: NDArray[np.int64],
     clearance: int,
     rows: NDArray[np.int64],
     rooms: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]],
@@ -136,7 +135,7 @@ def _keep_clear(
     """Move the clear ones of the rows to the front; returns how many."""
     kept = 0
     for r in range(len(rows)):
-        if is_clear(corners, near, rows[r], clearance, rooms):
+        if is_clear(corners, rows[r], clearance, rooms):
             rows[kept] = rows[r]
             kept += 1
     return kept
@@ -214,8 +213,8 @@ def _collect_kept(
 
 @kernel
 def divide_tile(
-    faces: tuple[NDArray[np.int64], NDArray[np.int64]],
-    root: NDArray[np.int64],
+    corners: NDArray[np.int64],
+    extent: NDArray[np.int64],
     voxels: tuple[NDArray[np.int64], int, NDArray[np.uint8], int],
     sizes: tuple[int, int, int, float],
     result: NDArray[np.int64],
@@ -224,27 +223,28 @@ def divide_tile(
 
     Parameters
     ----------
-    faces
-        (F, 3, 3) grid corners of all faces, and (C,) those that can meet an inflated prism in the root.
-    root
-        (2, 3) grid.
+    corners
+        (C, 3, 3) corners of the faces that can meet an inflated prism in the root, in grid steps from its
+        lower corner: so a moved scene gives the moved prisms, in floating point too.
+    extent
+        (3,) of the root.
     voxels
-        Origin, edge and states of a flood, and the least state that counts.
+        Origin (from that corner), edge and states of a flood, and the least state that counts.
     sizes
         Least edge, least end width across v and clearance, grid steps; volume that a cell must add.
     result
-        (R, 11) room, R at least MOST * NODES.
+        (R, 11) room, R at least MOST * NODES, for prisms in steps from that corner.
 
     Returns
     -------
     int
         Number of prisms.
     """
-    corners, near = faces
     least, end_width, clearance, price_volume = sizes
-    polygons = (np.empty((4 * len(near) + 64, VERTICES, 3)), np.empty(4 * len(near) + 64, np.int64))
-    for s in range(len(near)):
-        polygons[0][s, :3], polygons[1][s] = corners[near[s]].astype(np.float64), 3
+    faces = len(corners)
+    polygons = (np.empty((4 * faces + 64, VERTICES, 3)), np.empty(4 * faces + 64, np.int64))
+    for s in range(faces):
+        polygons[0][s, :3], polygons[1][s] = corners[s].astype(np.float64), 3
     tiles, spans = np.empty((NODES, 2, 3), np.int64), np.zeros((NODES, 2), np.int64)
     children, values = np.full(NODES, -1, np.int64), np.zeros(NODES)
     stack = np.empty((_DEPTH, 3), np.int64)  # node, span of the faces of its parent
@@ -255,8 +255,8 @@ def divide_tile(
         np.empty((2, VERTICES + 1, 3)),
         np.empty((2, 3)),
     )
-    tiles[0], nodes, row_count, top = root, 1, 0, 1
-    stack[0, 0], stack[0, 1], stack[0, 2] = 0, 0, len(near)
+    tiles[0, 0], tiles[0, 1], nodes, row_count, top = 0, extent, 1, 0, 1
+    stack[0, 0], stack[0, 1], stack[0, 2] = 0, 0, faces
     while top > 0:
         top -= 1
         node, start, end = stack[top]
@@ -272,7 +272,7 @@ def divide_tile(
         samples = samples_room[:number]
         shapes = polygons[0], polygons[1], end, new_end
         count, value = best_slices(tile, shapes, samples, (least, end_width, clearance, price), best)
-        kept = _keep_clear(corners, near, clearance, best[:count], rooms)
+        kept = _keep_clear(corners, clearance, best[:count], rooms)
         if kept < count:
             value = value_of(samples, best[:kept], price)
         rows[row_count : row_count + kept] = best[:kept]
