@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from fractions import Fraction
 from itertools import permutations
 
@@ -35,9 +36,10 @@ def half_spaces(corners: np.ndarray, moved: int = 0) -> list[HalfSpace]:
     return result
 
 
-def dot(normal: tuple[int, ...], point: object) -> Fraction:
-    """Exact scalar product."""
-    return sum((n * Fraction(x) for n, x in zip(normal, list(point), strict=True)), Fraction(0))  # type: ignore[call-overload]
+def dot(normal: tuple[int, ...], point: Iterable[int | Fraction]) -> Fraction:
+    """Exact scalar product; numbers of numpy are made to numbers of Python, which do not overflow."""
+    exact = (x if isinstance(x, Fraction) else int(x) for x in point)
+    return sum((n * Fraction(x) for n, x in zip(normal, exact, strict=True)), Fraction(0))
 
 
 def clip(polygon: list[Point], half_space: HalfSpace) -> list[Point]:

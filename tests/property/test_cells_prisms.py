@@ -20,7 +20,7 @@ from prism_reference import (
     side_polygon,
     twice_area,
 )
-from test_cells_complex import make_scene, scenes
+from test_cells_complex import scenes
 
 from tilesnav_ref.cells import CellComplex, CellError, CellSettings, decompose, planes
 from tilesnav_ref.cells.meeting import inflate, meets_prism

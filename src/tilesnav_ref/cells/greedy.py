@@ -97,7 +97,7 @@ def _value_of_part(
     box[0], box[1] = part[0] - clearance, part[1] + clearance
     end = cut_to_box(polygons, span, box, room)
     shapes = (polygons[0], polygons[1], span[1], end)
-    return best_slices(part, shapes, chosen, (least, end_width, clearance, price), best)[1]
+    return float(best_slices(part, shapes, chosen, (least, end_width, clearance, price), best)[1])
 
 
 @kernel
@@ -128,7 +128,6 @@ def choose_split(
 @kernel
 def _keep_clear(
     corners: NDArray[np.int64],
-    near: NDArray[np.int64],
     clearance: int,
     rows: NDArray[np.int64],
     rooms: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]],
@@ -136,7 +135,7 @@ def _keep_clear(
     """Move the clear ones of the rows to the front; returns how many."""
     kept = 0
     for r in range(len(rows)):
-        if is_clear(corners, near, rows[r], clearance, rooms):
+        if is_clear(corners, rows[r], clearance, rooms):
             rows[kept] = rows[r]
             kept += 1
     return kept
@@ -149,6 +148,16 @@ def value_of(samples: NDArray[np.float64], rows: NDArray[np.int64], price: float
     for r in range(len(rows)):
         value += count_inside(samples, rows[r]) - price
     return value
+
+
+@kernel
+def _as_polygons(corners: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """The faces as polygons of three vertices, with room behind them."""
+    room = 4 * len(corners) + 64
+    vertices, counts = np.empty((room, VERTICES, 3)), np.empty(room, np.int64)
+    for s in range(len(corners)):
+        vertices[s, :3], counts[s] = corners[s].astype(np.float64), 3
+    return vertices, counts
 
 
 @kernel
@@ -213,9 +222,33 @@ def _collect_kept(
 
 
 @kernel
+def _push_parts(
+    tiles: NDArray[np.int64],
+    numbers: tuple[int, int],
+    cut: tuple[int, int, int],
+    span: tuple[int, int],
+    pending: tuple[NDArray[np.int64], int],
+) -> int:
+    """Make both parts of a tile; those that can hold a cell go on the stack. Returns its new top.
+
+    ``numbers`` = the tile and the first of its parts; ``cut`` = axis, place and least edge.
+    """
+    node, first = numbers
+    axis, place, least = cut
+    stack, top = pending
+    for side in range(2):
+        tiles[first + side] = tiles[node]
+        tiles[first + side, 1 - side, axis] = place
+        if np.min(tiles[first + side, 1] - tiles[first + side, 0]) >= least:
+            stack[top, 0], stack[top, 1], stack[top, 2] = first + side, span[0], span[1]
+            top += 1
+    return top
+
+
+@kernel
 def divide_tile(
-    faces: tuple[NDArray[np.int64], NDArray[np.int64]],
-    root: NDArray[np.int64],
+    corners: NDArray[np.int64],
+    extent: NDArray[np.int64],
     voxels: tuple[NDArray[np.int64], int, NDArray[np.uint8], int],
     sizes: tuple[int, int, int, float],
     result: NDArray[np.int64],
@@ -224,27 +257,25 @@ def divide_tile(
 
     Parameters
     ----------
-    faces
-        (F, 3, 3) grid corners of all faces, and (C,) those that can meet an inflated prism in the root.
-    root
-        (2, 3) grid.
+    corners
+        (C, 3, 3) corners of the faces that can meet an inflated prism in the root, in grid steps from its
+        lower corner: so a moved scene gives the moved prisms, in floating point too.
+    extent
+        (3,) of the root.
     voxels
-        Origin, edge and states of a flood, and the least state that counts.
+        Origin (from that corner), edge and states of a flood, and the least state that counts.
     sizes
         Least edge, least end width across v and clearance, grid steps; volume that a cell must add.
     result
-        (R, 11) room, R at least MOST * NODES.
+        (R, 11) room, R at least MOST * NODES, for prisms in steps from that corner.
 
     Returns
     -------
     int
         Number of prisms.
     """
-    corners, near = faces
     least, end_width, clearance, price_volume = sizes
-    polygons = (np.empty((4 * len(near) + 64, VERTICES, 3)), np.empty(4 * len(near) + 64, np.int64))
-    for s in range(len(near)):
-        polygons[0][s, :3], polygons[1][s] = corners[near[s]].astype(np.float64), 3
+    polygons = _as_polygons(corners)
     tiles, spans = np.empty((NODES, 2, 3), np.int64), np.zeros((NODES, 2), np.int64)
     children, values = np.full(NODES, -1, np.int64), np.zeros(NODES)
     stack = np.empty((_DEPTH, 3), np.int64)  # node, span of the faces of its parent
@@ -255,8 +286,8 @@ def divide_tile(
         np.empty((2, VERTICES + 1, 3)),
         np.empty((2, 3)),
     )
-    tiles[0], nodes, row_count, top = root, 1, 0, 1
-    stack[0, 0], stack[0, 1], stack[0, 2] = 0, 0, len(near)
+    tiles[0, 0], tiles[0, 1], nodes, row_count, top = 0, extent, 1, 0, 1
+    stack[0, 0], stack[0, 1], stack[0, 2] = 0, 0, len(corners)
     while top > 0:
         top -= 1
         node, start, end = stack[top]
@@ -272,7 +303,7 @@ def divide_tile(
         samples = samples_room[:number]
         shapes = polygons[0], polygons[1], end, new_end
         count, value = best_slices(tile, shapes, samples, (least, end_width, clearance, price), best)
-        kept = _keep_clear(corners, near, clearance, best[:count], rooms)
+        kept = _keep_clear(corners, clearance, best[:count], rooms)
         if kept < count:
             value = value_of(samples, best[:kept], price)
         rows[row_count : row_count + kept] = best[:kept]
@@ -285,13 +316,8 @@ def divide_tile(
         if axis < 0:
             continue
         children[node] = nodes
-        for side in range(2):
-            tiles[nodes] = tile
-            tiles[nodes, 1 - side, axis] = place
-            if np.min(tiles[nodes, 1] - tiles[nodes, 0]) >= least:
-                stack[top, 0], stack[top, 1], stack[top, 2] = nodes, end, new_end
-                top += 1
-            nodes += 1
+        top = _push_parts(tiles, (node, nodes), (axis, place, least), (end, new_end), (stack, top))
+        nodes += 2
     keeps = np.empty(nodes, np.bool_)
     prune(children, values, nodes, keeps)
-    return _collect_kept(children, keeps, spans, rows, result)
+    return int(_collect_kept(children, keeps, spans, rows, result))

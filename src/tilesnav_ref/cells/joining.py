@@ -10,8 +10,6 @@ union is judged by the exact test like any other cell: without a clearance a thi
 
 from __future__ import annotations
 
-from itertools import permutations
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,6 +39,10 @@ _BEHIND = ((U0, U1, L0, L1, H0, H1, W0), (W0, W1, L0, H0, U0), (U0, U1, W0, W1, 
 _TAKEN = ((W1,), (U1, L1, H1), (H0, H1))
 """What the union takes from the one behind."""
 
+_MIXER = np.uint64(0x9E3779B97F4A7C15)
+"""2**64 over the golden ratio, odd: D. E. Knuth, "The Art of Computer Programming", volume 3, 6.4."""
+_AXES = ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0))
+
 
 def _in_axes(prisms: NDArray[np.int64], axes: tuple[int, int, int]) -> tuple[NDArray[np.int64], ...]:
     """Numbers of the prisms that can be written with these axes u, v, w, and their rows."""
@@ -63,15 +65,28 @@ def _in_axes(prisms: NDArray[np.int64], axes: tuple[int, int, int]) -> tuple[NDA
     return numbers, rows
 
 
+def _mixed(keys: NDArray[np.int64]) -> NDArray[np.uint64]:
+    """One number for each row of keys (K, C); (K,)."""
+    codes = np.zeros(len(keys), np.uint64)
+    for column in range(keys.shape[1]):
+        codes ^= keys[:, column].astype(np.uint64)
+        codes *= _MIXER
+        codes ^= codes >> np.uint64(29)
+    return codes
+
+
 def _matches(before: NDArray[np.int64], behind: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Pairs (Q, 2) of rows with equal keys; each row has at most one partner, since prisms are disjoint."""
-    _, keys = np.unique(np.concatenate((before, behind)), axis=0, return_inverse=True)
-    keys = keys.reshape(-1)
-    first, second = keys[: len(before)], keys[len(before) :]
-    holder = np.full(len(before) + len(behind), -1, np.int64)
-    holder[second] = np.arange(len(second))
-    found = np.flatnonzero(holder[first] >= 0)
-    return np.column_stack((found, holder[first[found]]))
+    """Pairs (Q, 2) of rows with equal keys; each row has at most one partner, since prisms are disjoint.
+
+    Rows are brought together by a 64-bit mixture of their numbers and then compared, so that two keys with
+    the same mixture could at worst hide a pair.
+    """
+    first, second = _mixed(before), _mixed(behind)
+    order = np.argsort(second, kind="stable")
+    place = np.searchsorted(second[order], first)
+    partner = order[np.minimum(place, len(order) - 1)] if len(order) else place
+    found = np.flatnonzero(np.all(before == behind[partner], axis=1)) if len(order) else place
+    return np.column_stack((found, partner[found]))
 
 
 @kernel
@@ -142,10 +157,12 @@ def join_prisms(
     ndarray
         (P', 11) int64; the same point set, P' <= P.
     """
-    count = -1
+    # most cells of open air are as large as may be; whatever they were joined with would be too large
+    full = np.all(np.ptp(prism_corners(prisms), axis=1) == max_size, axis=1)
+    done, prisms, count = prisms[full], prisms[~full], -1
     while len(prisms) != count:
         count = len(prisms)
-        for axes in permutations(range(3)):
+        for axes in _AXES:
             for way in range(3):
                 prisms = _join(prisms, axes, way, (max_size, clearance), buckets)
-    return with_plain_boxes(prisms)
+    return with_plain_boxes(np.concatenate((done, prisms)))

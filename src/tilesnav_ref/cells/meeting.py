@@ -182,18 +182,17 @@ def meets_prism(
 @kernel
 def is_clear(
     corners: NDArray[np.int64],
-    faces: NDArray[np.int64],
     row: NDArray[np.int64],
     clearance: int,
     room: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]],
 ) -> bool:
-    """Whether none of some faces meets the prism with every plane moved outwards by the clearance.
+    """Whether none of the faces (F, 3, 3) meets the prism with every plane moved outwards by the clearance.
 
     ``room`` is (11, 3), (3,) and (11,).
     """
     inflated, clear = room[2], True
     inflate(row, clearance, inflated)
-    for f in faces:
+    for f in range(len(corners)):
         if meets_prism(corners[f], inflated, (room[0], room[1])):
             clear = False
             break

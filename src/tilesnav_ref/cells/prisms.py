@@ -42,6 +42,18 @@ def write_bounds(row: NDArray[np.int64], bounds: NDArray[np.int64]) -> None:
 
 
 @kernel
+def move(row: NDArray[np.int64], shift: NDArray[np.int64], result: NDArray[np.int64]) -> None:
+    """Write the row moved by a vector (3,)."""
+    result[:] = row
+    for k in range(U0, W0):
+        result[k] += shift[row[U]]
+    for k in range(W0, L0):
+        result[k] += shift[row[W]]
+    for k in range(L0, WIDTH):
+        result[k] += shift[row[V]]
+
+
+@kernel
 def holds_point(row: NDArray[np.int64], point: NDArray[np.int64]) -> bool:
     """Whether the closed prism holds a point (3,); exact for coordinates below 2**24 in magnitude."""
     u, v, w = point[row[U]], point[row[V]], point[row[W]]

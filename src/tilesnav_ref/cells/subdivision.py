@@ -14,7 +14,7 @@ from tilesnav_ref.cells.domain import GridSizes
 from tilesnav_ref.cells.flood import REACHED, VoxelFlood
 from tilesnav_ref.cells.greedy import NODES, divide_tile
 from tilesnav_ref.cells.meeting import REACH
-from tilesnav_ref.cells.prisms import WIDTH
+from tilesnav_ref.cells.prisms import WIDTH, move
 from tilesnav_ref.cells.settings import CellError, CellSettings
 from tilesnav_ref.cells.slices import MOST
 from tilesnav_ref.kernels import kernel
@@ -71,12 +71,15 @@ def _prisms_of_roots(
     for r in range(len(roots)):
         box[0], box[1] = roots[r, 0] - reach, roots[r, 1] + reach
         near = gather(frame, lists, box, (marks, r), room)
-        count = divide_tile((corners, room[:near]), roots[r], voxels, sizes, rows)
+        local = corners[room[:near]] - roots[r, 0]
+        here = voxels[0] - roots[r, 0], voxels[1], voxels[2], voxels[3]
+        count = divide_tile(local, roots[r, 1] - roots[r, 0], here, sizes, rows)
         if total + count > len(found):
             larger = np.empty((2 * (total + count), WIDTH), np.int64)
             larger[:total] = found[:total]
             found = larger
-        found[total : total + count] = rows[:count]
+        for c in range(count):
+            move(rows[c], roots[r, 0], found[total + c])
         total += count
     return found[:total]
 
