@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from prism_reference import (
+from cell_prism_reference import (
     clip,
     dot,
     half_spaces,
