@@ -42,7 +42,7 @@ def _reachable(
 ) -> VoxelFlood:
     """Voxels of the domain with those reached that the settings ask for."""
     settings, sizes, _ = context
-    flood = clear_voxels(buckets, domain, sizes.min_size // 4, sizes.clearance)
+    flood = clear_voxels(buckets, domain, sizes.min_size // 4, sizes.clearance, settings.threads)
     states = flood.states
     if settings.keep_interiors:
         states[states == CLEAR] = REACHED
