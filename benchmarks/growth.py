@@ -111,8 +111,9 @@ def plot(by_faces: list[Point], by_cells: list[Point], path: Path) -> None:
     left.set(xscale="log", yscale="log", xlabel="faces of the town", ylabel="ms a cell, one thread")
     left.legend()
     right.plot([p.cells for p in by_cells], [1e3 * p.seconds for p in by_cells], "o-")
-    right.set(xscale="log", xlabel="neighbouring cells", ylabel="ms a cell, one thread")
-    right.set_ylim(bottom=0)
+    right.set(xlabel="neighbouring cells", ylabel="ms a cell, one thread")
+    right.set_xticks([p.cells for p in by_cells])
+    right.set_ylim(0, 1.2e3 * max(p.seconds for p in by_cells))
     figure.tight_layout()
     figure.savefig(path, bbox_inches="tight", metadata={"Date": None})
 

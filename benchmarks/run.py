@@ -26,11 +26,12 @@ from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
 from numpy.typing import NDArray
 
+from tilesnav_ref.cells.model import box_corners
 from tilesnav_ref.cli import main as tilesnav
 from tilesnav_ref.scene import SceneSettings, load_scene
 from tilesnav_ref.stream.reader import NavTileset, open_tileset
 from tilesnav_ref.visibility.geometry import build_geometry, fine_frame, to_fine
-from tilesnav_ref.visibility.lines import cell_boxes
+from tilesnav_ref.visibility.lines import cell_prisms
 from tilesnav_ref.visibility.sampling import RayCaster
 from tilesnav_ref.visibility.settings import VisibilitySettings
 from tilesnav_ref.visibility.survey import Survey, run_survey
@@ -100,24 +101,23 @@ def judged_rays(tileset: NavTileset, rays: int, repeat: int) -> float:
 def sampled_rays(scene_file: Path, tileset: NavTileset, rays: int, repeat: int) -> float:
     """Rays a second of the encoder's sampling on one thread, with the exact test of every suggested face."""
     scene, _ = load_scene(scene_file, SceneSettings())
-    low, high = boxes_of(tileset)
-    cells = np.stack([low, high], axis=1) / tileset.step
+    cells = box_corners(*(np.rint(side / tileset.step).astype(np.int64) for side in boxes_of(tileset)))
     frame = fine_frame(scene.vertices.min(axis=0), scene.vertices.max(axis=0))
     geometry = build_geometry(scene, frame)
     caster = RayCaster(geometry, frame)
     chosen = np.random.default_rng(SEED).integers(0, len(cells), max(1, rays // RAYS_A_CELL))
-    boxes = to_fine(np.rint(cells[np.unique(chosen)]).astype(np.int64), frame)
+    prisms = to_fine(cells[np.unique(chosen)], frame)
     settings = VisibilitySettings(rays=RAYS_A_CELL // 2, aimed_rounds=0, seed=SEED)
-    nothing = tuple(np.zeros(0, np.int64) for _ in boxes)
+    nothing = tuple(np.zeros(0, np.int64) for _ in prisms)
 
     def work() -> None:
-        seen = np.zeros((len(boxes), len(geometry.corners)), np.uint8)
-        ids = np.arange(len(boxes))
-        survey = Survey(geometry, caster, cell_boxes(boxes), ids, nothing, settings, seen)
+        seen = np.zeros((len(prisms), len(geometry.corners)), np.uint8)
+        ids = np.arange(len(prisms))
+        survey = Survey(geometry, caster, cell_prisms(prisms), ids, nothing, settings, seen)
         run_survey(survey, _one_after_the_other)
 
     work()  # kernels are compiled here
-    return len(boxes) * RAYS_A_CELL / best(repeat, work)
+    return len(prisms) * RAYS_A_CELL / best(repeat, work)
 
 
 def _one_after_the_other(work: Callable[[int], None], numbers: Iterable[int]) -> None:

@@ -29,17 +29,4 @@ def neighbouring_cells(scene: Scene, settings: CellSettings, number: int) -> Cel
     centres = (cells.lower + cells.upper) / 2
     away = np.linalg.norm(centres - np.median(centres, axis=0), axis=1)
     chosen = np.sort(np.argsort(away, kind="stable")[:number])
-    row = np.full(cells.count, -1)
-    row[chosen] = np.arange(len(chosen))
-    targets = [row[cells.portal_targets[slice(*cells.portal_offsets[c : c + 2])]] for c in chosen]
-    kept = [t[t >= 0] for t in targets]
-    portals = np.concatenate(kept)
-    return replace(
-        cells,
-        lower=cells.lower[chosen],
-        upper=cells.upper[chosen],
-        kinds=cells.kinds[chosen],
-        portal_offsets=np.concatenate(([0], np.cumsum([len(t) for t in kept]))),
-        portal_targets=portals,
-        portal_polygons=np.zeros(len(portals), np.int64),
-    )
+    return cells.select(chosen)

@@ -13,6 +13,7 @@ from visibility_probes import CELL, FRAME, UNIT, listed, scene_of
 from tilesnav_ref.visibility.backs import crossings_of_sheet, find_inner_sides, sheet_hides
 from tilesnav_ref.visibility.certify import Workspace, make_workspace
 from tilesnav_ref.visibility.geometry import Geometry, build_geometry
+from tilesnav_ref.visibility.prisms import box_prism
 from tilesnav_ref.visibility.shaft import set_shaft
 from tilesnav_ref.visibility.sight import find_crossed, make_crossed
 from tilesnav_ref.visibility.units import divide
@@ -48,7 +49,7 @@ def prepared(triangles: list[Triangle]) -> tuple[Geometry, Workspace]:
 def hidden(triangles: list[Triangle], region: list[list[int]]) -> list[int]:
     """Faces that their own sheets are proved to hide from a region."""
     geometry, work = prepared(triangles)
-    cell = np.array(region, float) * UNIT
+    cell = box_prism(np.array(region, float) * UNIT)
     found = []
     for face, part in enumerate(geometry.corners):
         set_shaft(work.shaft, cell, part, 3)
@@ -81,7 +82,7 @@ def house_inside_the_next_region() -> bool:
     geometry, work = prepared(box((20, -3, -3), (90, 3, 3)))
     found = []
     for region in (CELL, [[0, -9, -9], [60, 9, 9]]):
-        cell = np.array(region, float) * UNIT
+        cell = box_prism(np.array(region, float) * UNIT)
         set_shaft(work.shaft, cell, geometry.corners[10], 3)
         found.append(sheet_hides(geometry, work, cell, cell, geometry.corners[10], 10))
     return found == [True, False]

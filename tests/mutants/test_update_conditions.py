@@ -64,8 +64,8 @@ MUTANTS = {
     ),
     "sets belong to their cells": (
         "update/matching.py",
-        "np.concatenate([lower, upper], axis=1)",
-        "lower",
+        "np.ascontiguousarray(planes, np.float64)",
+        "np.ascontiguousarray(planes * [[[1.0], [0.0]] * 3], np.float64)",
         "cell_grows",
     ),
     "faces have their new numbers": (

@@ -35,13 +35,13 @@ MUTANTS = {
     ),
     "the occluder keeps off the target box": (
         "visibility/occluder.py",
-        "if meets_box(surface.corners, face, obstacle.box[0], obstacle.box[1], True):",
+        "if meets_box(surface.corners, face, obstacle.box):",
         "if False:",
         "box_behind_a_wall_it_touches",
     ),
     "the occluder keeps off the cell": (
         "visibility/occluder.py",
-        "meets_box(surface.corners, units.faces[k], obstacle.cell[0], obstacle.cell[1], False)",
+        "meets_prism(surface.corners, units.faces[k], obstacle.cell)",
         "False",
         "wall_between_two_cells",
     ),
@@ -71,7 +71,7 @@ MUTANTS = {
     ),
     "what has a point of the cell before its front is not left out": (
         "visibility/limits.py",
-        "if orientation(p, q, r, (x, y, z)) > 0:",
+        "behind = behind and orientation(p, q, r, (prism[i, 0], prism[i, 1], prism[i, 2])) <= 0",
         "if orientation(p, q, r, (x, y, z)) > 1:",
         "one_sided_face_across_the_cell",
     ),

@@ -10,6 +10,7 @@ import json
 import numpy as np
 
 from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.cells.planes import planes
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.update import Previous, find_changes
 from tilesnav_ref.update.matching import match_rows
@@ -47,7 +48,7 @@ def updated(
     before, now = cells_of(boxes[0]), cells_of(boxes[1])
     table = compute_pvs(old, before, work)
     counts = table.proven_counts
-    previous = Previous("probe", old, before.lower, before.upper, counts, table.faces_of, "")
+    previous = Previous("probe", old, planes(before, old.step), counts, table.faces_of, "")
     found = find_changes(previous, new, now, work)
     return set(found.merge(compute_pvs(new, found.todo, work)).faces_of(0).tolist())
 

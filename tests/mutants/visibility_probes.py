@@ -14,8 +14,9 @@ from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility import VisibilitySettings, compute_pvs
 from tilesnav_ref.visibility.certify import make_workspace
 from tilesnav_ref.visibility.geometry import FineFrame, build_geometry
-from tilesnav_ref.visibility.lines import cell_boxes, share_lines
+from tilesnav_ref.visibility.lines import cell_prisms, share_lines
 from tilesnav_ref.visibility.occluder import PROVED, Obstacle, prove_hidden, surface_of
+from tilesnav_ref.visibility.prisms import box_prism
 from tilesnav_ref.visibility.shaft import set_shaft
 from tilesnav_ref.visibility.sight import find_crossed, sees
 from tilesnav_ref.visibility.units import divide
@@ -78,17 +79,18 @@ def closed_solid_through_its_edge() -> bool:
     geometry = build_geometry(scene, FRAME)
     division = divide(geometry, scene.faces)
     work = make_workspace((geometry, division), 16, 4)
-    cell = np.array(CELL, float) * UNIT
+    cell = box_prism(np.array(CELL, float) * UNIT)
     set_shaft(work.shaft, cell, geometry.corners[4], 3)
     on_edge = np.array([25.0, 0.0, 4.5]) * UNIT  # the middle of edge c d
     inside_front = np.array([20.0, 0.0, 4.0]) * UNIT
     start, end = inside_front - 2 * (on_edge - inside_front), inside_front + 7 * (on_edge - inside_front)
-    flat = np.zeros((2, 3))
+    nowhere = np.zeros((8, 3)), np.zeros((2, 3))
     segment = (tuple(start.tolist()), tuple(end.tolist()))
     find_crossed(geometry, *segment, 4, work.crossed)
     work.single.stamps[:] = 1
     how = segment[0], False
-    obstacle = Obstacle(flat, 4, np.stack([geometry.corners[4].min(axis=0), geometry.corners[4].max(axis=0)]))
+    bounds = np.stack([geometry.corners[4].min(axis=0), geometry.corners[4].max(axis=0)])
+    obstacle = Obstacle(*nowhere, 4, bounds)
     verdict = prove_hidden(
         surface_of(geometry), work.single, (work.shaft, work.crossed), obstacle, 0, how
     )
@@ -111,7 +113,7 @@ def suggestion_behind_a_wall() -> bool:
     seen = np.zeros((1, 2), np.uint8)
     line = np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]], np.float32)
     hits = np.array([1, -1], np.int32), np.full((2, 2), 0.3)
-    share_lines(geometry, cell_boxes(np.array([CELL], float) * UNIT), line, hits, seen)
+    share_lines(geometry, cell_prisms(box_prism(np.array(CELL, float) * UNIT)[None]), line, hits, seen)
     return not seen[0, 1]
 
 

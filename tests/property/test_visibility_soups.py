@@ -41,18 +41,54 @@ def cells_of(boxes):
     )  # fmt: skip
 
 
+SLOPE = np.array(
+    [[3 + 6 * (i >> 1 & 1) if not i & 1 else 12, 6 * (i >> 1 & 1), 2 + 2 * (i >> 2 & 1)] for i in range(8)]
+)
+"""A prism from x = 3 + y to x = 12, 0 < y < 6 and 2 < z < 4; the box around it holds much of the soup."""
+
+
+def slope_cell():
+    return replace(cells_of([[[3, 0, 2], [12, 6, 4]]]), corners=SLOPE[None])
+
+
+def points_of_slope(rng):
+    """A random rational point inside the prism."""
+    while True:
+        share = [Fraction(rng.randint(1, 31), 32) for _ in range(3)]
+        y, z = 6 * share[1], 2 + 2 * share[2]
+        yield point((3 + y + (9 - y) * share[0], y, z))
+
+
+@given(soup, st.booleans())
+@settings(max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_face_that_a_segment_from_a_prism_sees_is_listed(monkeypatch, triangles, patches):
+    triangles = [t for t in triangles if all(x <= 3 + y for x, y, _ in t)]
+    assume(triangles)
+    monkeypatch.setattr("tilesnav_ref.visibility.certify.is_fine", lambda _: patches)
+    table = compute_pvs(make_scene(triangles), slope_cell(), SETTINGS)
+    listed, inside = table.faces_of(0).tolist(), points_of_slope(random.Random(7))
+    assert seen_faces(triangles, inside, 24) <= set(listed)
+
+
 def pvs_of(triangles, box=CELL, work=SETTINGS):
     return set(compute_pvs(make_scene(triangles), cells_of([box]), work).faces_of(0).tolist())
 
 
-def seen_faces(triangles, box, tries):
-    """Faces that some of a number of random rational segments sees, by definition."""
+def points_of_box(box):
+    """Random rational points inside a box, always the same."""
     rng = random.Random(7)
+    while True:
+        yield point(Fraction(int(lo)) + Fraction(rng.randint(1, 31), 32) * int(up - lo) for lo, up in box.T)
+
+
+def seen_faces(triangles, inside, tries):
+    """Faces that some of some random rational segments from points inside a cell sees, by definition."""
+    rng = random.Random(8)
     corners = [[point(v) for v in t] for t in triangles]
     found = set()
     for target, own in enumerate(corners):
         for _ in range(tries):
-            c = point(Fraction(int(lo)) + Fraction(rng.randint(1, 31), 32) * int(up - lo) for lo, up in box.T)
+            c = next(inside)
             w = [rng.randint(1, 20) for _ in range(3)]
             t = point(sum(v[k] * x for v, x in zip(own, w, strict=True)) / sum(w) for k in range(3))
             if all(i == target or not half_open_meets(c, t, other) for i, other in enumerate(corners)):
@@ -64,14 +100,14 @@ def seen_faces(triangles, box, tries):
 @given(soup)
 @settings(max_examples=150)
 def test_a_face_that_a_segment_sees_is_listed(triangles):
-    assert seen_faces(triangles, CELL, 12) <= pvs_of(triangles)
+    assert seen_faces(triangles, points_of_box(CELL), 12) <= pvs_of(triangles)
 
 
 @given(soup)
 @settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_face_that_a_segment_sees_is_listed_when_occluders_are_patches(monkeypatch, triangles):
     monkeypatch.setattr("tilesnav_ref.visibility.certify.is_fine", lambda _: True)
-    assert seen_faces(triangles, CELL, 12) <= pvs_of(triangles)
+    assert seen_faces(triangles, points_of_box(CELL), 12) <= pvs_of(triangles)
 
 
 @given(soup)

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.cells.model import CellComplex, box_corners
 from tilesnav_ref.lod import LodSettings, choose_levels, level_codes, levels, region_maximum
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility.model import PvsTable
@@ -77,7 +77,8 @@ def test_codes_are_those_of_the_largest_bound(settings: LodSettings) -> None:
 def test_contact_gives_the_finest_code() -> None:
     scene, cells, pvs = make_case(0)
     corner = scene.corners()[5, 0]
-    cells = dataclasses.replace(cells, lower=np.tile(corner, (12, 1)), upper=np.tile(corner + 100, (12, 1)))
+    lower, upper = np.tile(corner, (12, 1)), np.tile(corner + 100, (12, 1))
+    cells = dataclasses.replace(cells, lower=lower, upper=upper, corners=box_corners(lower, upper))
     table = choose_levels(scene, cells, pvs)
     last = slice(table.lod_offsets[11], table.lod_offsets[12])
     owner = table.lod_objects[last].tolist().index(int(scene.face_object[5]))

@@ -11,7 +11,6 @@ from visibility_reference import make_flagged, make_scene
 
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.update import UpdateError, find_changes
-from tilesnav_ref.update.changes import sub_complex
 from tilesnav_ref.visibility import compute_pvs
 
 CELL = [[-4, -4, -4], [4, 4, 4]]
@@ -207,7 +206,7 @@ def test_a_part_of_a_complex_keeps_the_portals_within_it() -> None:
         portal_targets=np.array([1, 0, 2, 1, 3, 2]),
         portal_polygons=np.array([0, 0, 1, 1, 2, 2]),
     )
-    part = sub_complex(row, np.array([0, 2, 3]))
+    part = row.select(np.array([0, 2, 3]))
     assert part.lower[:, 0].tolist() == [0, 4, 6]
     assert part.portal_offsets.tolist() == [0, 0, 1, 2]
     assert part.portal_targets.tolist() == [2, 1]

@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from visibility_reference import cross, dot, half_open_meets, in_triangle, minus, point
 
-from tilesnav_ref.visibility.contact import meets_box, meets_relative_interior
+from tilesnav_ref.visibility.contact import meets_box, meets_prism, meets_relative_interior
+from tilesnav_ref.visibility.prisms import box_prism
 
 small = st.integers(0, 4)
 corner = st.tuples(small, small, small)
@@ -83,19 +84,20 @@ def test_contact_of_each_kind(face, meets):
 @settings(max_examples=400)
 def test_a_point_of_a_face_in_a_box_is_never_overlooked(face, low, size, w):
     lower, upper = np.array(low, float), np.add(low, size).astype(float)
+    box = np.stack([lower, upper])
     p = mix(face, w)
     corners = np.array([face], float)
     if all(lo < x < up for x, lo, up in zip(p, lower, upper, strict=True)):
-        assert meets_box(corners, 0, lower, upper, False)
+        assert meets_prism(corners, 0, box_prism(box))
     if all(lo <= x <= up for x, lo, up in zip(p, lower, upper, strict=True)):
-        assert meets_box(corners, 0, lower, upper, True)
+        assert meets_box(corners, 0, box)
 
 
 def test_a_box_may_rest_against_a_wall():
     wall = np.array([[(0, -9, -9), (0, 9, -9), (0, 0, 9)]], float)
-    lower, upper = np.array([0.0, 0.0, 0.0]), np.array([1.0, 1.0, 1.0])
-    assert not meets_box(wall, 0, lower, upper, False)
-    assert meets_box(wall, 0, lower, upper, True)
+    box = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])
+    assert not meets_prism(wall, 0, box_prism(box))
+    assert meets_box(wall, 0, box)
 
 
 def test_a_sliver_whose_normal_vanishes_in_floating_point_still_meets_its_twin():

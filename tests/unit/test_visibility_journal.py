@@ -97,7 +97,8 @@ def test_other_scenes_settings_and_cells_take_nothing_over(
     compute_pvs(scene, cells, other, None, tmp_path)
     higher = np.array([0, 0, 1024])
     moved = replace(scene, vertices=scene.vertices + higher)
-    up = replace(cells, lower=cells.lower + higher, upper=cells.upper + higher)
+    lower, upper = cells.lower + higher, cells.upper + higher
+    up = replace(cells, lower=lower, upper=upper, corners=cells.corners + higher)
     compute_pvs(moved, up, LITTLE, None, tmp_path)
     assert len(list(tmp_path.iterdir())) == len(before) + 2
     forget_work(scene, cells, other, tmp_path)

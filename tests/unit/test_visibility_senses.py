@@ -10,6 +10,7 @@ from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.visibility import VisibilitySettings, compute_pvs
 from tilesnav_ref.visibility.geometry import UNLIMITED, FineFrame, build_geometry
 from tilesnav_ref.visibility.limits import is_out
+from tilesnav_ref.visibility.prisms import box_prism
 from tilesnav_ref.visibility.sampling import points_within
 from tilesnav_ref.visibility.sight import counts
 
@@ -155,7 +156,7 @@ def test_a_face_is_out_of_range_when_it_is(triangle, reach):
     box = np.array(CELL, float)
     apart = distance(box, triangle)
     grain = max(np.abs(u).max(), np.abs(v).max()) * np.sqrt(3) / 60  # of the points that were looked at
-    if is_out(geometry, box * 64, 0):
+    if is_out(geometry, box_prism(box * 64), 0):
         assert apart >= reach - 1e-9
     elif apart - grain > reach + 0.5:
         pytest.fail("a face far beyond the range is kept")
@@ -167,11 +168,9 @@ def test_points_are_drawn_near_their_targets_and_within_the_box(seed, near):
     random = np.random.default_rng(seed)
     box = np.array([[-50.0, 0, 10], [50, 7, 12]])
     targets = random.uniform(-200, 200, (40, 3))
-    found = points_within(random, box, targets, near)
+    found = points_within(random, box_prism(box), targets, near)
     assert (found > box[0]).all()
     assert (found < box[1]).all()
     assert np.array_equal(found, np.rint(found))
     reachable = (targets > box[0] + 1 - near) & (targets < box[1] - 1 + near) & (near >= 1)
     assert (np.abs(found - targets)[reachable] <= near).all()
-
-

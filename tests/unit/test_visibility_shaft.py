@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tilesnav_ref.visibility.prisms import box_prism
 from tilesnav_ref.visibility.shaft import clears_edge, make_shaft, set_shaft
 
 UNIT = 960  # divisible by the denominators below, so that the constructed points are integers
@@ -19,7 +20,7 @@ side = st.integers(1, 5)
 def shaft_of(low, size, target):
     shaft = make_shaft()
     box = np.array([low, np.add(low, size)], float) * UNIT
-    set_shaft(shaft, box, np.array(target, float) * UNIT, len(target))
+    set_shaft(shaft, box_prism(box), np.array(target, float) * UNIT, len(target))
     return shaft
 
 
@@ -87,6 +88,6 @@ def test_edges_about_a_plain_shaft(p, q, clear):
 def test_a_box_target_widens_the_shaft():
     shaft = make_shaft()
     box = np.array([[10 + i % 2, -3 + 8 * (i // 2 % 2), 4 * (i // 4)] for i in range(8)], float)
-    set_shaft(shaft, np.array([[0, 0, 0], [2, 2, 2]], float), box, 8)
+    set_shaft(shaft, box_prism(np.array([[0, 0, 0], [2, 2, 2]], float)), box, 8)
     assert not clears_edge(shaft, (5.0, 3.0, -9.0), (5.0, 3.0, 9.0))
     assert clears_edge(shaft, (5.0, -9.0, 9.0), (5.0, 9.0, 9.0))

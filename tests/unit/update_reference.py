@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from visibility_reference import point, visible_by
 
 from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.cells.planes import planes
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.update import Previous, find_changes
 from tilesnav_ref.visibility import PvsTable, VisibilitySettings, compute_pvs
@@ -31,7 +32,7 @@ def cells_of(boxes: Any) -> CellComplex:
 
 def previous_of(scene: Scene, cells: CellComplex, table: PvsTable) -> Previous:
     """A map as `open_previous` gives it."""
-    return Previous("memory", scene, cells.lower, cells.upper, table.proven_counts, table.faces_of, "0")
+    return Previous("memory", scene, planes(cells, scene.step), table.proven_counts, table.faces_of, "0")
 
 
 def sets_of(table: PvsTable) -> list[set[int]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,9 +66,14 @@ class CellComplex:
     them the cells are boxes."""
 
     def __post_init__(self) -> None:
-        """Corners of boxes where none were given."""
-        if len(self.corners) != len(self.lower):
+        """Corners of boxes where none were given; ValueError when there are others than of these cells."""
+        if len(self.corners) == 0:
             object.__setattr__(self, "corners", box_corners(self.lower, self.upper))
+        if len(self.corners) != len(self.lower) or not (
+            np.array_equal(self.corners.min(axis=1), self.lower)
+            and np.array_equal(self.corners.max(axis=1), self.upper)
+        ):
+            raise ValueError("cells: found corners whose bounds are not lower and upper; allowed: no others")
 
     @property
     def count(self) -> int:
@@ -84,3 +89,22 @@ class CellComplex:
     def portal_count(self) -> int:
         """Number of directed portals."""
         return len(self.portal_targets)
+
+    def select(self, numbers: NDArray[np.int64]) -> CellComplex:
+        """Some cells (ascending numbers) and the portals between them; all polygons are kept."""
+        row = np.full(self.count, -1, np.int64)
+        row[numbers] = np.arange(len(numbers))
+        source = row[np.repeat(np.arange(self.count), np.diff(self.portal_offsets))]
+        inside = (source >= 0) & (row[self.portal_targets] >= 0)
+        offsets = np.zeros(len(numbers) + 1, np.int64)
+        np.cumsum(np.bincount(source[inside], minlength=len(numbers)), out=offsets[1:])
+        return replace(
+            self,
+            lower=self.lower[numbers],
+            upper=self.upper[numbers],
+            corners=self.corners[numbers],
+            kinds=self.kinds[numbers],
+            portal_offsets=offsets,
+            portal_targets=row[self.portal_targets[inside]],
+            portal_polygons=self.portal_polygons[inside],
+        )

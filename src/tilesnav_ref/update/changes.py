@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.cells.planes import planes
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.update.matching import cell_rows, face_rows, match_rows
 from tilesnav_ref.update.previous import Previous
@@ -109,7 +110,7 @@ def find_changes(
     new_number = match_rows(face_rows(previous.scene), face_rows(scene))
     gone, added = new_number < 0, np.ones(scene.face_count, np.bool_)
     added[new_number[~gone]] = False
-    old_cell = match_rows(cell_rows(cells.lower, cells.upper), cell_rows(previous.lower, previous.upper))
+    old_cell = match_rows(cell_rows(planes(cells, scene.step)), cell_rows(previous.planes))
     sets = _sets_without(previous, gone, old_cell)
     # A one-sided face hides from behind as well, and is listed for its front only.
     backs = gone & previous.scene.one_sided & ~previous.scene.porous
@@ -125,7 +126,7 @@ def find_changes(
         "cellsKept": len(kept),
     }
     logger.info("update: %s", findings)
-    return Update(UpdateParameters(previous.sha256), kept, anew, sub_complex(cells, anew), findings)
+    return Update(UpdateParameters(previous.sha256), kept, anew, cells.select(anew), findings)
 
 
 @dataclass(frozen=True)
@@ -156,28 +157,9 @@ def _unseeing(
 ) -> Sets:
     """The sets, as numbered in the scene of the change, of cells from which the change is proven hidden."""
     numbers = np.array(list(sets), np.int64)
-    outlook = Outlook(sub_complex(cells, numbers), list(sets.values()))
+    outlook = Outlook(cells.select(numbers), list(sets.values()))
     seers = may_see(change.scene, outlook, change.faces, settings, progress)
     return {cell: sets[cell] for cell in numbers[~seers].tolist()}
-
-
-def sub_complex(cells: CellComplex, numbers: NDArray[np.int64]) -> CellComplex:
-    """Some cells of a complex (ascending numbers) and the portals between them."""
-    row = np.full(cells.count, -1, np.int64)
-    row[numbers] = np.arange(len(numbers))
-    source = row[np.repeat(np.arange(cells.count), np.diff(cells.portal_offsets))]
-    inside = (source >= 0) & (row[cells.portal_targets] >= 0)
-    offsets = np.zeros(len(numbers) + 1, np.int64)
-    np.cumsum(np.bincount(source[inside], minlength=len(numbers)), out=offsets[1:])
-    return replace(
-        cells,
-        lower=cells.lower[numbers],
-        upper=cells.upper[numbers],
-        kinds=cells.kinds[numbers],
-        portal_offsets=offsets,
-        portal_targets=row[cells.portal_targets[inside]],
-        portal_polygons=cells.portal_polygons[inside],
-    )
 
 
 def _part(progress: Progress, part: int) -> Progress:

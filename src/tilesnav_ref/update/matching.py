@@ -61,6 +61,6 @@ def face_rows(scene: Scene) -> Rows:
     return np.concatenate([chosen.reshape(-1, 9), flags], axis=1)
 
 
-def cell_rows(lower: NDArray[np.int64], upper: NDArray[np.int64]) -> Rows:
-    """(N, 6) what makes a cell the same as another: its box."""
-    return np.concatenate([lower, upper], axis=1)
+def cell_rows(planes: NDArray[np.float64]) -> Rows:
+    """(N, 24) what makes a cell the same as another: the bits of its planes (N, 6, 4), in their order."""
+    return np.ascontiguousarray(planes, np.float64).reshape(len(planes), 24).view(np.int64)

@@ -33,10 +33,8 @@ class Previous:
     source: str
     """The file, for messages."""
     scene: Scene
-    lower: NDArray[np.int64]
-    """(N, 3) grid coordinates of the cells."""
-    upper: NDArray[np.int64]
-    """(N, 3) grid coordinates of the cells."""
+    planes: NDArray[np.float64]
+    """(N, 6, 4) of the cells, nav frame, m."""
     proven: NDArray[np.int64]
     """(N,) number of faces that are proven visible from each cell."""
     faces_of: Callable[[int], NDArray[np.uint32]]
@@ -81,10 +79,10 @@ def open_previous(place: Path, settings: VisibilitySettings) -> Previous:
     tileset = open_tileset(place)
     _check_origin(tileset, settings)
     scene = _read_scene(tileset)
-    lower, upper = _boxes(tileset)
+    planes = np.concatenate([sector.planes for sector in tileset.sectors])
     proven = np.concatenate([sector.proven_visible for sector in tileset.sectors]).astype(np.int64)
     faces_of = partial(_checked_faces, tileset, proven)
-    return Previous(str(tileset.path), scene, lower, upper, proven, faces_of, file_digest(tileset.path))
+    return Previous(str(tileset.path), scene, planes, proven, faces_of, file_digest(tileset.path))
 
 
 def _checked_faces(tileset: NavTileset, proven: NDArray[np.int64], cell: int) -> NDArray[np.uint32]:
@@ -152,20 +150,6 @@ def _content_corners(tileset: NavTileset, content: ContentRef) -> NDArray[np.int
     if found != content.sha256:
         raise TilesetError(str(content.path), "SHA-256", found, f"{content.sha256}, as the tileset states")
     return _on_grid(tileset, content.path, "positions", tileset.corners(content.content_id))
-
-
-def _boxes(tileset: NavTileset) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    lower, upper = [], []
-    normals = np.repeat(np.eye(3), 2, axis=0) * np.array([-1.0, 1.0] * 3)[:, None]
-    for sector in tileset.sectors:
-        if not np.array_equal(sector.planes[:, :, :3], np.broadcast_to(normals, (sector.cell_count, 6, 3))):
-            raise TilesetError(
-                str(sector.path), "cells.planes", "other planes", "boxes, as this program writes"
-            )
-        sides = _on_grid(tileset, sector.path, "cells.planes", sector.planes[:, :, 3])
-        lower.append(sides[:, 0::2])
-        upper.append(-sides[:, 1::2])
-    return np.concatenate(lower), np.concatenate(upper)
 
 
 def _on_grid(tileset: NavTileset, path: Path, place: str, metres: NDArray[Any]) -> NDArray[np.int64]:

@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from tilesnav_ref.kernels import kernel
-from tilesnav_ref.visibility.contact import meets_box, meets_relative_interior
-from tilesnav_ref.visibility.exact import COORDINATE_BITS, orientation
+from tilesnav_ref.visibility.contact import meets_prism, meets_relative_interior
+from tilesnav_ref.visibility.exact import COORDINATE_BITS
 from tilesnav_ref.visibility.record import OPEN as OPEN_WORDS
 from tilesnav_ref.visibility.record import put, set_word
 from tilesnav_ref.visibility.segments import inner_point, inner_point_of_face, weighted_point
@@ -133,9 +133,9 @@ def _votes(geometry, sheets, crossed, what):  # type: ignore[no-untyped-def]
 
 @kernel
 def sheet_keeps_off(corners, sheets, memory, sheet, region):  # type: ignore[no-untyped-def]
-    """Whether no face of a sheet meets the open region (2, 3).
+    """Whether no face of a sheet meets the open region (8, 3).
 
-    `memory` is (states (S,), the region (2, 3) that they hold for); another region begins anew.
+    `memory` is (states (S,), the region (8, 3) that they hold for); another region begins anew.
     """
     states, known = memory
     if not np.array_equal(known, region):
@@ -144,27 +144,10 @@ def sheet_keeps_off(corners, sheets, memory, sheet, region):  # type: ignore[no-
     if states[sheet] == UNKNOWN:
         states[sheet] = OPEN
         for k in range(sheets.offsets[sheet], sheets.offsets[sheet + 1]):
-            if meets_box(corners, sheets.faces[k], region[0], region[1], False):
+            if meets_prism(corners, sheets.faces[k], region):
                 states[sheet] = BLOCKED
                 break
     return states[sheet] == OPEN
-
-
-@kernel
-def box_side(geometry, face, box):  # type: ignore[no-untyped-def]
-    """Side of the plane of a face on which an open box (2, 3) lies; 0 when the plane cuts it."""
-    p, q, r = (
-        corner(geometry.corners, face, 0),
-        corner(geometry.corners, face, 1),
-        corner(geometry.corners, face, 2),
-    )
-    least, most = 1, -1
-    for i in range(8):
-        side = orientation(p, q, r, (box[i & 1, 0], box[(i >> 1) & 1, 1], box[i >> 2, 2]))
-        least, most = min(least, side), max(most, side)
-        if least < 0 and most > 0:
-            return 0
-    return most if least >= 0 else least
 
 
 @kernel
@@ -234,10 +217,11 @@ def _put_sheet(geometry, work, sheet, target):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def sheet_hides(geometry, work, region, box, part, face):  # type: ignore[no-untyped-def]
-    """Whether the rest of its sheet is proved to hide part (3, 3) of a face from part `box` of a region.
+def sheet_hides(geometry, work, region, inner, part, face):  # type: ignore[no-untyped-def]
+    """Whether the rest of its sheet is proved to hide part (3, 3) of a face from part `inner` of a region.
 
-    The shaft must be that of the pair; boxes are (2, 3). The proof is recorded as a leaf.
+    The shaft must be that of the pair; region and part of it are prisms (8, 3). The proof is recorded as a
+    leaf.
     """
     side = work.inner[face]
     sheet = work.sheets.of_face[face]
@@ -249,7 +233,7 @@ def sheet_hides(geometry, work, region, box, part, face):  # type: ignore[no-unt
     if not border_clears(geometry.edge_ends, work.sheets, work.shaft, sheet):
         return False
     for _ in range(SEGMENTS):
-        segment = (inner_point(work.random, box), inner_point_of_face(work.random, part))
+        segment = (inner_point(work.random, inner), inner_point_of_face(work.random, part))
         if not find_crossed(geometry, segment[0], segment[1], face, work.crossed):
             continue
         number = crossings_of_sheet(work.sheets, work.crossed, sheet)

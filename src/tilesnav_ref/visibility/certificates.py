@@ -17,7 +17,7 @@ class Proofs:
 
     cells: tuple[int, ...]
     region: NDArray[np.float64]
-    """(2, 3) fine units."""
+    """(8, 3) fine units."""
     words: NDArray[np.int32]
 
 
@@ -110,7 +110,7 @@ def _tables(proofs: list[Proofs], first: int, last: int) -> CertificateTables:
     parsed = [_parse(p.words) for p in proofs]
     counts = np.array([len(p.target_counts) for p in parsed], np.int64)
     cell_offsets, uses = _uses(proofs, counts, (first, last))
-    regions = np.array([p.region.ravel() for p in proofs], np.int64).reshape(-1, 6)
+    regions = np.array([p.region[[0, -1]].ravel() for p in proofs], np.int64).reshape(-1, 6)
     leaves, offsets, occluders = _distinct(parsed)
     return CertificateTables(
         cell_offsets,

@@ -14,14 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.kernels import inner_kernel, kernel
-from tilesnav_ref.visibility.backs import box_side, put_leaf, sheet_hides
+from tilesnav_ref.visibility.backs import put_leaf, sheet_hides
 from tilesnav_ref.visibility.geometry import Geometry
 from tilesnav_ref.visibility.limits import pair_is_out
 from tilesnav_ref.visibility.occluder import PROVED, Flood, Obstacle, make_flood, prove_hidden, surface_of
+from tilesnav_ref.visibility.prisms import LEAST_CUT, box_around, box_prism, edge_length, halve, plane_side
 from tilesnav_ref.visibility.record import Record, begin, finish, make_record, put_cut
 from tilesnav_ref.visibility.segments import extremes_see, inner_point, inner_point_of_face, search, trial
 from tilesnav_ref.visibility.shaft import Shaft, make_shaft, set_shaft
-from tilesnav_ref.visibility.sight import Crossed, find_crossed, make_crossed, sees
+from tilesnav_ref.visibility.sight import Crossed, corner, find_crossed, make_crossed, sees
 from tilesnav_ref.visibility.units import Division, Units, is_fine
 
 VISIBLE = -1
@@ -57,7 +58,7 @@ class Workspace(NamedTuple):
     random: NDArray[np.int64]
     """(1,) state of the generator, 1 to segments.RANDOM_MODULUS - 1."""
     cells: NDArray[np.float64]
-    """(depth, 2, 3) waiting cell parts."""
+    """(depth, 8, 3) waiting cell parts."""
     parts: NDArray[np.float64]
     """(depth, 3, 3) waiting face parts."""
     levels: NDArray[np.int64]
@@ -72,7 +73,7 @@ class Workspace(NamedTuple):
     states: NDArray[np.int8]
     """(S,) what is known of each sheet and the region below (backs.py)."""
     region: NDArray[np.float64]
-    """(2, 3)."""
+    """(8, 3)."""
 
 
 class Budget(NamedTuple):
@@ -99,7 +100,7 @@ def make_workspace(
         make_flood(geometry, division.patches, occluder_limit),
         make_crossed(CROSSING_LIMIT),
         np.ones(1, np.int64),
-        np.zeros((size, 2, 3)),
+        np.zeros((size, 8, 3)),
         np.zeros((size, 3, 3)),
         np.zeros(size, np.int64),
         make_record(record),
@@ -107,7 +108,7 @@ def make_workspace(
         division.sheets,
         division.inner,
         np.zeros(len(division.sheets.offsets) - 1, np.int8),
-        np.zeros((2, 3)),
+        np.zeros((8, 3)),
     )
 
 
@@ -182,32 +183,26 @@ def _most_recent(units, seeds, success):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def make_obstacle(geometry, work, cell, face, box):  # type: ignore[no-untyped-def]
-    """What an occluder must keep off: a region (2, 3) and a face, or a box (2, 3) where `face` is -1."""
+def make_obstacle(work, cell, face, box):  # type: ignore[no-untyped-def]
+    """What an occluder must keep off: a region (8, 3) and a face in a box (2, 3), or the box where `face` is
+    -1."""
     work.single.stamps[2] += 1
     work.patches.stamps[2] += 1
-    if face >= 0:
-        box = np.empty((2, 3))
-        for k in range(3):
-            box[0, k], box[1, k] = geometry.corners[face, :, k].min(), geometry.corners[face, :, k].max()
-    return Obstacle(cell, face, box)
+    return Obstacle(cell, box_around(cell), face, box)
 
 
 @kernel
 def box_is_hidden(geometry, work, cell, box):  # type: ignore[no-untyped-def]
-    """Whether one attempt proves that no segment from the open cell reaches the closed box; both (2, 3)."""
+    """Whether one attempt proves that no segment from the open cell (8, 3) reaches the closed box (2, 3)."""
+    bounds = box_around(cell)
     apart = False
     for k in range(3):
-        apart = apart or box[1, k] < cell[0, k] or box[0, k] > cell[1, k]
+        apart = apart or box[1, k] < bounds[0, k] or box[0, k] > bounds[1, k]
     if not apart:
         return False
-    corners = np.empty((8, 3))
-    for i in range(8):
-        for k in range(3):
-            corners[i, k] = box[(i >> k) & 1, k]
-    set_shaft(work.shaft, cell, corners, 8)
+    set_shaft(work.shaft, cell, box_prism(box), 8)
     segment = (inner_point(work.random, cell), middle(box))
-    obstacle = make_obstacle(geometry, work, cell, -1, box)
+    obstacle = make_obstacle(work, cell, -1, box)
     return _attempt(geometry, work, obstacle, segment, (_size(cell) < _size(box), True))
 
 
@@ -221,11 +216,11 @@ def _size(points):  # type: ignore[no-untyped-def]
 
 @kernel
 def face_is_hidden(geometry, work, cell, face):  # type: ignore[no-untyped-def]
-    """Whether one attempt proves that a face is hidden from a cell (2, 3); recorded if so."""
+    """Whether one attempt proves that a face is hidden from a cell (8, 3); recorded if so."""
     part = geometry.corners[face]
     set_shaft(work.shaft, cell, part, 3)
     segment = (inner_point(work.random, cell), inner_point_of_face(work.random, part))
-    obstacle = make_obstacle(geometry, work, cell, face, cell)
+    obstacle = make_obstacle(work, cell, face, box_around(geometry.corners[face]))
     begin(work.record, np.array([face]))
     if not _attempt(geometry, work, obstacle, segment, (_size(cell) < _size(part), False)):
         return False
@@ -234,12 +229,18 @@ def face_is_hidden(geometry, work, cell, face):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def _side_of_face(geometry, face, cell):  # type: ignore[no-untyped-def]
+    corners = geometry.corners
+    return plane_side(corner(corners, face, 0), corner(corners, face, 1), corner(corners, face, 2), cell)
+
+
+@kernel
 def back_is_hidden(geometry, work, cell, face):  # type: ignore[no-untyped-def]
-    """Whether the sheet of a face hides it from a region (2, 3); recorded if so."""
-    side = work.inner[face]
-    if side == 0 or box_side(geometry, face, cell) != side:
-        return False
+    """Whether the sheet of a face hides it from a region (8, 3); recorded if so."""
     part = geometry.corners[face]
+    side = work.inner[face]
+    if side == 0 or _side_of_face(geometry, face, cell) != side:
+        return False
     set_shaft(work.shaft, cell, part, 3)
     begin(work.record, np.array([face]))
     if not sheet_hides(geometry, work, cell, cell, part, face):
@@ -250,9 +251,10 @@ def back_is_hidden(geometry, work, cell, face):  # type: ignore[no-untyped-def]
 
 @kernel
 def decide_face(geometry, work, cell, face, budget):  # type: ignore[no-untyped-def]
-    """HIDDEN, VISIBLE, or the reason why a face could not be decided from a cell (2, 3)."""
-    verdict, box, part = _explore(geometry, work, cell, face, budget)
-    if verdict >= OUT_OF_BUDGET and search(geometry, work.random, (box, part), (face, budget.leaf_segments)):
+    """HIDDEN, VISIBLE, or the reason why a face could not be decided from a cell (8, 3)."""
+    verdict, inner, part = _explore(geometry, work, cell, face, budget)
+    what = (face, budget.leaf_segments)
+    if verdict >= OUT_OF_BUDGET and search(geometry, work.random, (inner, part), what):
         return VISIBLE
     return verdict
 
@@ -260,83 +262,84 @@ def decide_face(geometry, work, cell, face, budget):  # type: ignore[no-untyped-
 @kernel
 def _explore(geometry, work, cell, face, budget):  # type: ignore[no-untyped-def]
     """Divide cell and face until every pair of parts is proved; returns the verdict and the last pair."""
-    obstacle = make_obstacle(geometry, work, cell, face, cell)
+    obstacle = make_obstacle(work, cell, face, box_around(geometry.corners[face]))
     begin(work.record, np.array([face]))
     work.cells[0] = cell
     work.parts[0] = geometry.corners[face]
     work.levels[0] = 0
     top = 1
-    box, part = work.cells[0].copy(), work.parts[0].copy()
+    inner, part = work.cells[0].copy(), work.parts[0].copy()
     done = 0.0  # share of all pairs (c, t) that is proved, as far as halves are halves
     for tried in range(budget.attempts):
         if tried * TRIAL_SHARE >= budget.attempts and done * budget.attempts < tried:
             break
         top -= 1
-        box, part, level = work.cells[top].copy(), work.parts[top].copy(), work.levels[top]
-        if pair_is_out(geometry, box, part, face):
+        inner, part, level = work.cells[top].copy(), work.parts[top].copy(), work.levels[top]
+        if pair_is_out(geometry, inner, part, face):
             if top == 0:
-                return HIDDEN, box, part
+                return HIDDEN, inner, part
             done += 0.5**level
             continue
-        segment = trial(geometry, work.random, box, part)
+        segment = trial(geometry, work.random, inner, part)
         if sees(geometry, segment[0], segment[1], face):
-            return VISIBLE, box, part
-        set_shaft(work.shaft, box, part, 3)
-        how = (_size(box) < _size(part), False)
-        if sheet_hides(geometry, work, cell, box, part, face) or _attempt(
+            return VISIBLE, inner, part
+        set_shaft(work.shaft, inner, part, 3)
+        how = (_size(inner) < _size(part), False)
+        if sheet_hides(geometry, work, cell, inner, part, face) or _attempt(
             geometry, work, obstacle, segment, how
         ):
             if top == 0:
                 finish(work.record)
-                return HIDDEN, box, part
+                return HIDDEN, inner, part
             done += 0.5**level
             continue
-        if tried == 0 and extremes_see(geometry, box, part, face):
-            return VISIBLE, box, part
+        if tried == 0 and extremes_see(geometry, inner, part, face):
+            return VISIBLE, inner, part
         if level == budget.depth:
             break
-        code = _push_halves(work, box, part, top)
+        code = _push_halves(work, inner, part, top)
         if code == NO_CUT:
-            return OUT_OF_BITS, box, part
+            return OUT_OF_BITS, inner, part
         put_cut(work.record, code)
         work.levels[top] = work.levels[top + 1] = level + 1
         top += 2
-    return OUT_OF_BUDGET, box, part
+    return OUT_OF_BUDGET, inner, part
 
 
 @kernel
-def _push_halves(work, box, part, top):  # type: ignore[no-untyped-def]
+def _push_halves(work, inner, part, top):  # type: ignore[no-untyped-def]
     """Push the two halves of a pair, cut in its larger side; returns the code of the cut.
 
     It is 1 + the axis of a cut of the cell part, 4 + the edge of a cut of the face part, or NO_CUT when
     neither can be cut exactly (spec, "Certificates"). The half that is pushed last comes first in the record:
     the one above the cut, or with the first end of the edge.
     """
-    if _size(part) > _size(box):
-        code = _cut_part(work, box, part, top)
-        return code if code != NO_CUT else _cut_box(work, box, part, top)
-    code = _cut_box(work, box, part, top)
-    return code if code != NO_CUT else _cut_part(work, box, part, top)
+    if _size(part) > _size(inner):
+        code = _cut_part(work, inner, part, top)
+        return code if code != NO_CUT else _cut_cell(work, inner, part, top)
+    code = _cut_cell(work, inner, part, top)
+    return code if code != NO_CUT else _cut_part(work, inner, part, top)
 
 
 @kernel
-def _cut_box(work, box, part, top):  # type: ignore[no-untyped-def]
-    axis = 0
-    for k in range(1, 3):
-        if box[1, k] - box[0, k] > box[1, axis] - box[0, axis]:
-            axis = k
-    if box[1, axis] - box[0, axis] < 4:
-        return NO_CUT
-    cut = np.floor((box[0, axis] + box[1, axis]) / 2)
-    for i in range(2):
-        work.cells[top + i] = box
-        work.cells[top + i, 1 - i, axis] = cut
-        work.parts[top + i] = part
-    return 1 + axis
+def _cut_cell(work, inner, part, top):  # type: ignore[no-untyped-def]
+    """Halve a cell part across the axis along which it is longest, if it can be, or else across another."""
+    lengths = np.empty(3)
+    for k in range(3):
+        lengths[k] = edge_length(inner, k)
+    for _ in range(3):
+        axis = np.argmax(lengths)
+        if lengths[axis] < LEAST_CUT:
+            return NO_CUT
+        if halve(inner, axis, work.cells[top], work.cells[top + 1]):
+            work.parts[top] = work.parts[top + 1] = part
+            return 1 + axis
+        lengths[axis] = 0.0
+    return NO_CUT
 
 
 @kernel
-def _cut_part(work, box, part, top):  # type: ignore[no-untyped-def]
+def _cut_part(work, inner, part, top):  # type: ignore[no-untyped-def]
     """Halve the longest edge; both halves must keep coordinates that are multiples of 4."""
     best, edge = -1.0, 0
     for k in range(3):
@@ -350,7 +353,7 @@ def _cut_part(work, box, part, top):  # type: ignore[no-untyped-def]
         if np.int64(part[edge, j] + part[other, j]) % 8 != 0:
             return NO_CUT
     for i in range(2):
-        work.cells[top + i] = box
+        work.cells[top + i] = inner
         work.parts[top + i] = part
     for j in range(3):
         half = (part[edge, j] + part[other, j]) / 2

@@ -14,6 +14,7 @@ import numpy as np
 
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.exact import difference, orientation
+from tilesnav_ref.visibility.prisms import beyond_slants, box_around, box_prism, plane_side
 from tilesnav_ref.visibility.sight import corner
 
 
@@ -151,23 +152,35 @@ def _edges_pierce(a, b):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def meets_box(corners, face, lower, upper, closed):  # type: ignore[no-untyped-def]
-    """Whether a face may meet a box: its closure, or with closed=False its interior."""
+def meets_box(corners, face, box):  # type: ignore[no-untyped-def]
+    """Whether a face may meet a closed box (2, 3)."""
     for k in range(3):
         low = min(corners[face, 0, k], corners[face, 1, k], corners[face, 2, k])
         high = max(corners[face, 0, k], corners[face, 1, k], corners[face, 2, k])
-        if closed and (high < lower[k] or low > upper[k]):
+        if high < box[0, k] or low > box[1, k]:
             return False
-        if not closed and (high <= lower[k] or low >= upper[k]):
-            return False
+    return _in_reach_of_plane(corners, face, box_prism(box))
+
+
+@kernel
+def _in_reach_of_plane(corners, face, prism):  # type: ignore[no-untyped-def]
+    """Whether the plane of a face meets a closed prism."""
     p, q, r = corner(corners, face, 0), corner(corners, face, 1), corner(corners, face, 2)
     least, most = 1, -1
     for i in range(8):
-        x = upper[0] if i & 1 else lower[0]
-        y = upper[1] if i & 2 else lower[1]
-        z = upper[2] if i & 4 else lower[2]
-        side = orientation(p, q, r, (x, y, z))
+        side = orientation(p, q, r, (prism[i, 0], prism[i, 1], prism[i, 2]))
         least, most = min(least, side), max(most, side)
-    if closed:
-        return least <= 0 and most >= 0
-    return least < 0 and most > 0
+    return least <= 0 and most >= 0
+
+
+@kernel
+def meets_prism(corners, face, prism):  # type: ignore[no-untyped-def]
+    """Whether a face may meet an open prism (8, 3)."""
+    box = box_around(prism)
+    for k in range(3):
+        low = min(corners[face, 0, k], corners[face, 1, k], corners[face, 2, k])
+        high = max(corners[face, 0, k], corners[face, 1, k], corners[face, 2, k])
+        if high <= box[0, k] or low >= box[1, k]:
+            return False
+    p, q, r = corner(corners, face, 0), corner(corners, face, 1), corner(corners, face, 2)
+    return plane_side(p, q, r, prism) == 0 and not beyond_slants(prism, corners[face])

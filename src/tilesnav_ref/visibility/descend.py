@@ -80,7 +80,7 @@ def account(credit, success):  # type: ignore[no-untyped-def]
 
 @kernel
 def cull(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-def]
-    """Clear `alive` (F,) for faces below nodes that are hidden from the box `cell` (2, 3).
+    """Clear `alive` (F,) for faces below nodes that are hidden from the region `cell` (8, 3).
 
     Nodes with a face of `proven` (F,) below are not tried, nor are most of those that follow upon many
     failures at the same depth: neighbours come one after the other.
@@ -113,7 +113,7 @@ def cull(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-def]
 
 @kernel
 def cull_backs(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-def]
-    """Clear `alive` (F,) for faces that their own sheets hide from the region `cell` (2, 3)."""
+    """Clear `alive` (F,) for faces that their own sheets hide from the region `cell` (8, 3)."""
     for face in range(len(alive)):
         if alive[face] and not proven[face]:
             alive[face] = not back_is_hidden(geometry, work, cell, face)
@@ -121,7 +121,7 @@ def cull_backs(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-
 
 @kernel
 def cull_faces(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-def]
-    """Clear `alive` (F,) for faces that one attempt each proves hidden from the box `cell` (2, 3).
+    """Clear `alive` (F,) for faces that one attempt each proves hidden from the region `cell` (8, 3).
 
     Faces of `proven` (F,) are not tried, nor are most of those that follow upon many failures.
     """
@@ -136,7 +136,7 @@ def cull_faces(geometry, work, cell, proven, alive):  # type: ignore[no-untyped-
 
 @kernel
 def decide(geometry, work, cell, found, budget):  # type: ignore[no-untyped-def]
-    """Decide every face from a cell (2, 3).
+    """Decide every face from a cell (8, 3).
 
     `found` is (proven, alive, reasons): `alive` (F,) is cleared for hidden faces, `proven` (F,) is set for
     visible ones, and what stays undecided is counted by the reason.

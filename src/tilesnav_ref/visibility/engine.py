@@ -32,6 +32,7 @@ from tilesnav_ref.visibility.geometry import FineFrame, build_geometry, fine_fra
 from tilesnav_ref.visibility.journal import Journal, digest_of
 from tilesnav_ref.visibility.limits import leave_out
 from tilesnav_ref.visibility.model import PvsTable
+from tilesnav_ref.visibility.prisms import check_prisms
 from tilesnav_ref.visibility.record import is_full, take
 from tilesnav_ref.visibility.results import Seen, Sight, from_arrays, to_arrays
 from tilesnav_ref.visibility.sampling import RayCaster
@@ -69,7 +70,8 @@ class Run:
         self.division = divide(self.geometry, scene.faces)
         find_inner_sides(self.geometry, self.division, make_crossed(1))
         self.caster = RayCaster(self.geometry, frame)
-        self.boxes = np.stack([to_fine(cells.lower, frame), to_fine(cells.upper, frame)], axis=1)
+        check_prisms(cells.corners)
+        self.prisms = to_fine(cells.corners, frame)
         self.budget = Budget(settings.attempts, settings.depth, settings.leaf_segments)
         self.stop = Event()
         self.threads = thread_count(settings.threads)
@@ -108,7 +110,7 @@ def compute_pvs(
     Parameters
     ----------
     scene : the faces that are published.
-    cells : box cells whose interiors meet no face.
+    cells : cells whose interiors meet no face.
     settings : amount of work; every choice is conservative.
     progress : called with finished and all steps.
     work : folder where finished parts are kept until `forget_work`. What a run that was stopped has left
@@ -131,7 +133,7 @@ def compute_pvs(
     run = Run(scene, cells, settings, progress or _no_progress)
     if work is not None:
         run.journal = Journal(work, _digest(scene, cells, settings))
-    groups = make_groups(run.boxes, np.arange(cells.count), max(1, settings.pairs // scene.face_count))
+    groups = make_groups(run.prisms, np.arange(cells.count), max(1, settings.pairs // scene.face_count))
     logger.info("visibility: %d cells in %d groups, %d faces", cells.count, len(groups), scene.face_count)
     found = Sight()
     with ThreadPoolExecutor(run.threads) as pool:
@@ -158,7 +160,7 @@ def _digest(scene: Scene, cells: CellComplex, settings: VisibilitySettings) -> s
     program = package_digest(Path(__file__).parent)
     texts = (program, repr(replace(settings, threads=0)), str(scene.grid_exponent))
     faces = (scene.vertices, scene.faces, scene.porous, scene.one_sided)
-    return digest_of((*texts, *faces, cells.lower, cells.upper, cells.portal_offsets, cells.portal_targets))
+    return digest_of((*texts, *faces, cells.corners, cells.portal_offsets, cells.portal_targets))
 
 
 def _no_progress(done: int, total: int) -> None:
@@ -183,7 +185,7 @@ def _see_group(run: Run, pool: ThreadPoolExecutor, group: NDArray[np.int64], fou
         for _ in pool.map(stoppable, numbers):
             run.advance(1)
 
-    survey = make_survey((run.geometry, run.caster), run.cells, run.boxes, group, run.settings)
+    survey = make_survey((run.geometry, run.caster), run.cells, run.prisms, group, run.settings)
     kept = run.journal.load(f"survey-{group[0]}")
     if kept is None:
         run_survey(survey, each)
@@ -192,7 +194,7 @@ def _see_group(run: Run, pool: ThreadPoolExecutor, group: NDArray[np.int64], fou
         survey.seen.flat[:] = np.unpackbits(np.asarray(kept["seen"], np.uint8), count=survey.seen.size)
         run.advance(len(group) * (1 + run.settings.aimed_rounds))
     proven = {int(cell): survey.seen[row].view(np.bool_) for row, cell in enumerate(group)}
-    blocks = make_blocks(run.boxes, group, run.settings.block_cells)
+    blocks = make_blocks(run.prisms, group, run.settings.block_cells)
     for part in pool.map(_see_block, repeat(run), blocks, repeat(proven)):
         found.cells.update(part.cells)
         found.proofs.extend(part.proofs)
@@ -234,7 +236,7 @@ def _see(run: Run, work: Workspace, state: State, found: Sight) -> None:
     run.check_stop()
     block, alive, proven, level = state
     alive = alive.copy()
-    leave_out(run.geometry, block.box, alive)
+    leave_out(run.geometry, block.region, alive)
     work.random[0] = random_start(run.settings.seed, block)
     if not block.halves:
         cell = block.cells[0]
@@ -243,9 +245,9 @@ def _see(run: Run, work: Workspace, state: State, found: Sight) -> None:
         return
     if level % LEVELS == 0:
         seen = np.logical_or.reduce([proven[cell] for cell in block.cells])
-        cull_backs(run.geometry, work, block.box, seen, alive)
-        cull(run.geometry, work, block.box, seen, alive)
-        cull_faces(run.geometry, work, block.box, seen, alive)
+        cull_backs(run.geometry, work, block.region, seen, alive)
+        cull(run.geometry, work, block.region, seen, alive)
+        cull_faces(run.geometry, work, block.region, seen, alive)
         _keep_proofs(work, block, found)
     for half in block.halves:
         _see(run, work, (half, alive, proven, level + 1), found)
@@ -253,7 +255,7 @@ def _see(run: Run, work: Workspace, state: State, found: Sight) -> None:
 
 def _keep_proofs(work: Workspace, block: Block, found: Sight) -> None:
     if len(work.record.words) and not is_full(work.record):
-        found.proofs.append(Proofs(block.cells, block.box, take(work.record)))
+        found.proofs.append(Proofs(block.cells, block.region, take(work.record)))
 
 
 def random_start(seed: int, block: Block) -> int:
@@ -266,7 +268,7 @@ def _decide_cell(
     run: Run, work: Workspace, cell: int, alive: NDArray[np.bool_], proven: NDArray[np.bool_]
 ) -> Seen:
     reasons = np.zeros(len(REASONS), np.int64)
-    decide(run.geometry, work, run.boxes[cell], (proven, alive, reasons), run.budget)
+    decide(run.geometry, work, run.prisms[cell], (proven, alive, reasons), run.budget)
     faces = np.flatnonzero(alive).astype(np.uint32)
     return Seen(faces, proven[faces], reasons)
 

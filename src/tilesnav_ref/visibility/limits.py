@@ -16,6 +16,7 @@ import numpy as np
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.exact import orientation
 from tilesnav_ref.visibility.geometry import UNLIMITED
+from tilesnav_ref.visibility.prisms import box_around
 from tilesnav_ref.visibility.sight import STACK, corner
 
 PROJECTIONS = 12
@@ -27,10 +28,11 @@ ROUNDING = 1.0 + 2.0**-50
 
 
 @kernel
-def leave_out(geometry, box, alive):  # type: ignore[no-untyped-def]
-    """Clear `alive` (F,) for faces that no point of a box (2, 3) can see for reasons of range or side."""
+def leave_out(geometry, prism, alive):  # type: ignore[no-untyped-def]
+    """Clear `alive` (F,) for faces that no point of a prism (8, 3) can see for reasons of range or side."""
     if geometry.far >= UNLIMITED and not geometry.one_sided.any():
         return
+    box = box_around(prism)
     stack = np.empty(STACK, np.int32)
     stack[0] = 0
     top = 1
@@ -49,37 +51,35 @@ def leave_out(geometry, box, alive):  # type: ignore[no-untyped-def]
         else:
             for k in range(first, last):
                 face = geometry.face_order[k]
-                alive[face] = alive[face] and not is_out(geometry, box, face)
+                alive[face] = alive[face] and not is_out(geometry, prism, face)
 
 
 @kernel
-def is_out(geometry, box, face):  # type: ignore[no-untyped-def]
-    """Whether no point of a box (2, 3) can see a face for reasons of range or side."""
-    if geometry.one_sided[face] and _is_behind(geometry, box, face):
-        return True
-    return geometry.far < UNLIMITED and _part_is_far(geometry, box, geometry.corners[face])
+def is_out(geometry, prism, face):  # type: ignore[no-untyped-def]
+    """Whether no point of a prism (8, 3) can see a face for reasons of range or side."""
+    return pair_is_out(geometry, prism, geometry.corners[face], face)
 
 
 @kernel
-def pair_is_out(geometry, box, part, face):  # type: ignore[no-untyped-def]
-    """Whether no segment from a box (2, 3) to a part (3, 3) of a face counts for reasons of range or side.
+def pair_is_out(geometry, prism, part, face):  # type: ignore[no-untyped-def]
+    """Whether no segment from a prism (8, 3) to a part (3, 3) of a face counts for reasons of range or side.
 
-    That holds for the closures of both, so such pairs may be left out of a subdivision (spec, Annex C).
+    That holds for the closures of both, so such pairs may be left out of a subdivision (spec, Annex C). The
+    range is measured from the box around the prism.
     """
-    if geometry.one_sided[face] and _is_behind(geometry, box, face):
+    if geometry.one_sided[face] and _is_behind(geometry, prism, face):
         return True
-    return geometry.far < UNLIMITED and _part_is_far(geometry, box, part)
+    return geometry.far < UNLIMITED and _part_is_far(geometry, box_around(prism), part)
 
 
 @kernel
-def _is_behind(geometry, box, face):  # type: ignore[no-untyped-def]
+def _is_behind(geometry, prism, face):  # type: ignore[no-untyped-def]
     corners = geometry.corners
     p, q, r = corner(corners, face, 0), corner(corners, face, 1), corner(corners, face, 2)
+    behind = True
     for i in range(8):
-        x, y, z = box[i & 1, 0], box[(i >> 1) & 1, 1], box[(i >> 2) & 1, 2]
-        if orientation(p, q, r, (x, y, z)) > 0:
-            return False
-    return True
+        behind = behind and orientation(p, q, r, (prism[i, 0], prism[i, 1], prism[i, 2])) <= 0
+    return behind
 
 
 @kernel

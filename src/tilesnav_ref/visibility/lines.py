@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.geometry import box_hierarchy
+from tilesnav_ref.visibility.prisms import bounds_of, holds, slant
 from tilesnav_ref.visibility.segments import nearest_inner_point
 from tilesnav_ref.visibility.sight import STACK, inverse_direction, sees
 
@@ -26,11 +27,13 @@ FAR = 2.0**31
 """Fine units; farther than any two points of a scene are apart."""
 
 
-class CellBoxes(NamedTuple):
-    """Box cells for the kernels, with a hierarchy over them; fine units."""
+class CellPrisms(NamedTuple):
+    """Cells for the kernels, with a hierarchy over them; fine units."""
 
+    prisms: NDArray[np.float64]
+    """(N, 8, 3)."""
     boxes: NDArray[np.float64]
-    """(N, 2, 3)."""
+    """(N, 2, 3) around them."""
     lower: NDArray[np.float64]
     """(B, 3) lower corner of each node."""
     upper: NDArray[np.float64]
@@ -45,10 +48,11 @@ class CellBoxes(NamedTuple):
     """(N,) cells in the order of the leaves."""
 
 
-def cell_boxes(boxes: NDArray[np.float64]) -> CellBoxes:
-    """Hierarchy over boxes (N, 2, 3)."""
-    boxes = np.ascontiguousarray(boxes)
-    return CellBoxes(boxes, *box_hierarchy(boxes[:, 0].copy(), boxes[:, 1].copy(), LEAF_CELLS))
+def cell_prisms(prisms: NDArray[np.float64]) -> CellPrisms:
+    """Hierarchy over prisms (N, 8, 3)."""
+    prisms = np.ascontiguousarray(prisms)
+    boxes = bounds_of(prisms)
+    return CellPrisms(prisms, boxes, *box_hierarchy(boxes[:, 0].copy(), boxes[:, 1].copy(), LEAF_CELLS))
 
 
 @kernel
@@ -58,7 +62,7 @@ def share_lines(geometry, cells, lines, hits, seen):  # type: ignore[no-untyped-
     Parameters
     ----------
     geometry : Geometry
-    cells : CellBoxes
+    cells : CellPrisms
     lines : (L, 3) points, fine units, and (L, 3) unit directions.
     hits : (2 L,) first faces hit, along the directions and then against them, -1 for none, and (2 L, 2)
         barycentric weights of corners 1 and 2. They are only suggestions.
@@ -146,9 +150,10 @@ def _walk(geometry, cells, line, ends, seen):  # type: ignore[no-untyped-def]
             if not wanted:
                 continue
             enter, leave = _clip(cells.boxes[cell, 0], cells.boxes[cell, 1], line, inverse)
+            enter, leave = _clip_slants(cells.prisms[cell], (start, along, enter, leave))
             if enter < leave:
                 at = _point_at(start, along, (enter + leave) / 2)
-                _look(geometry, cells.boxes[cell], at, ends, seen[cell])
+                _look(geometry, cells.prisms[cell], at, ends, seen[cell])
 
 
 @kernel
@@ -168,6 +173,28 @@ def _clip(lower, upper, line, inverse):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def _clip_slants(prism, line):  # type: ignore[no-untyped-def]
+    """The part of a line between the slanted sides of a prism, about: points on it are decided exactly."""
+    start, along, enter, leave = line
+    u, v = slant(prism)
+    if v < 0:
+        return enter, leave
+    for side in range(2):
+        first = prism[side << v, v]
+        slope = (prism[side << v | 1 << u, v] - first) / (prism[7, u] - prism[0, u])
+        turn = 1.0 if side == 0 else -1.0
+        height = turn * (start[v] - first - slope * (start[u] - prism[0, u]))
+        rate = turn * (along[v] - slope * along[u])
+        if rate > 0.0:
+            enter = max(enter, -height / rate)
+        elif rate < 0.0:
+            leave = min(leave, -height / rate)
+        elif height <= 0.0:
+            return 1.0, 0.0
+    return enter, leave
+
+
+@kernel
 def _point_at(start, along, distance):  # type: ignore[no-untyped-def]
     """The integer point nearest to a point of a line."""
     return (
@@ -178,11 +205,10 @@ def _point_at(start, along, distance):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _look(geometry, box, point, ends, seen):  # type: ignore[no-untyped-def]
-    """Decide by exact segments from an integer point, if that is inside the box (2, 3)."""
-    for k in range(3):
-        if point[k] <= box[0, k] or point[k] >= box[1, k]:
-            return
+def _look(geometry, prism, point, ends, seen):  # type: ignore[no-untyped-def]
+    """Decide by exact segments from an integer point, if that is inside the prism (8, 3)."""
+    if not holds(prism, point):
+        return
     for face, target in ends:
         if face >= 0 and seen[face] == 0 and sees(geometry, point, target, face):
             seen[face] = 1

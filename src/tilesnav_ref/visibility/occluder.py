@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.kernels import inner_kernel, kernel
-from tilesnav_ref.visibility.contact import meets_box, meets_relative_interior
+from tilesnav_ref.visibility.contact import meets_box, meets_prism, meets_relative_interior
 from tilesnav_ref.visibility.exact import orientation
 from tilesnav_ref.visibility.geometry import Geometry
 from tilesnav_ref.visibility.shaft import clears_edge
@@ -102,7 +102,9 @@ class Obstacle(NamedTuple):
     """What an occluder must keep off; fine units."""
 
     cell: NDArray[np.float64]
-    """(2, 3) the whole cell, open."""
+    """(8, 3) the whole cell, open."""
+    bounds: NDArray[np.float64]
+    """(2, 3) of the cell."""
     face: int
     """The target face, all of its relative interior; -1 when the target is a box."""
     box: NDArray[np.float64]
@@ -189,9 +191,9 @@ def _keeps_off(surface, units, obstacle, unit):  # type: ignore[no-untyped-def]
         return False
     if last - first == 1 and units.faces[first] == obstacle.face:
         return False
-    if _overlap(units, unit, obstacle.cell):
+    if _overlap(units, unit, obstacle.bounds):
         for k in range(first, last):
-            if meets_box(surface.corners, units.faces[k], obstacle.cell[0], obstacle.cell[1], False):
+            if meets_prism(surface.corners, units.faces[k], obstacle.cell):
                 return False
     return not _overlap(units, unit, obstacle.box) or _keeps_off_target(surface, units, obstacle, unit)
 
@@ -201,7 +203,7 @@ def _keeps_off_target(surface, units, obstacle, unit):  # type: ignore[no-untype
     for k in range(units.offsets[unit], units.offsets[unit + 1]):
         face = units.faces[k]
         if obstacle.face < 0:
-            if meets_box(surface.corners, face, obstacle.box[0], obstacle.box[1], True):
+            if meets_box(surface.corners, face, obstacle.box):
                 return False
         elif face != obstacle.face and meets_relative_interior(surface.corners, face, obstacle.face):
             return False

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from tilesnav_ref.visibility.geometry import FineFrame, Geometry
 from tilesnav_ref.visibility.lines import FAR
+from tilesnav_ref.visibility.prisms import inner_range, slant
 
 Hits = tuple[NDArray[np.int32], NDArray[np.float64]]
 """(R,) faces, -1 for none, and (R, 2) barycentric weights of corners 1 and 2."""
@@ -115,23 +116,37 @@ def random_directions(random: np.random.Generator, count: int) -> NDArray[np.flo
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1).astype(np.float32)
 
 
-def random_points(random: np.random.Generator, box: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """(count, 3) uniform integer points strictly inside a box (2, 3), fine units."""
-    return random.integers(box[0].astype(np.int64) + 1, box[1].astype(np.int64), (count, 3)).astype(
-        np.float64
-    )
+def random_points(
+    random: np.random.Generator, prism: NDArray[np.float64], count: int
+) -> NDArray[np.float64]:
+    """(count, 3) integer points strictly inside a prism (8, 3), fine units; uniform in a box."""
+    low, high = prism.min(axis=0).astype(np.int64), prism.max(axis=0).astype(np.int64)
+    points = random.integers(low + 1, high, (count, 3))
+    u, v = slant(prism)
+    if v >= 0:
+        least, greatest = inner_range(prism, (u, v), points[:, u])
+        points[:, v] = random.integers(least, greatest + 1)
+    return points.astype(np.float64)
 
 
 def points_within(
-    random: np.random.Generator, box: NDArray[np.float64], targets: NDArray[np.float64], near: int
+    random: np.random.Generator, prism: NDArray[np.float64], targets: NDArray[np.float64], near: int
 ) -> NDArray[np.float64]:
-    """(K, 3) integer points strictly inside a box (2, 3), in cubes of half-width `near` about targets (K, 3).
+    """(K, 3) integer points strictly inside a prism (8, 3), in cubes of half-width `near` about targets.
 
-    Where the cube does not reach the box, the point is one of the box that is near it.
+    Where the cube of a target (K, 3) does not reach the prism, the point is one of the prism that is near it.
     """
-    low = np.clip(np.ceil(targets - near), box[0] + 1, box[1] - 1)
-    high = np.clip(np.floor(targets + near), low, box[1] - 1)
-    return np.asarray(low + np.floor(random.random(targets.shape) * (high - low + 1)))
+    low = np.clip(np.ceil(targets - near), prism.min(axis=0) + 1, prism.max(axis=0) - 1)
+    high = np.clip(np.floor(targets + near), low, prism.max(axis=0) - 1)
+    shares = random.random(targets.shape)
+    points = low + np.floor(shares * (high - low + 1))
+    u, v = slant(prism)
+    if v >= 0:
+        least, greatest = inner_range(prism, (u, v), points[:, u].astype(np.int64))
+        low = np.clip(np.ceil(targets[:, v] - near), least, greatest)
+        high = np.clip(np.floor(targets[:, v] + near), low, greatest)
+        points[:, v] = low + np.floor(shares[:, v] * (high - low + 1))
+    return np.asarray(points)
 
 
 def points_on_faces(

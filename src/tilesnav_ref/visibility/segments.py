@@ -11,6 +11,7 @@ import numpy as np
 
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.visibility.geometry import UNLIMITED
+from tilesnav_ref.visibility.prisms import clamp_inside, inner_range, slant
 from tilesnav_ref.visibility.sight import sees
 
 RANDOM_MODULUS = 2**31 - 1
@@ -31,12 +32,17 @@ def next_random(state, bound):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def inner_point(state, box):  # type: ignore[no-untyped-def]
-    """A random point with integer coordinates strictly inside a box of at least 2 units a side."""
-    x = box[0, 0] + 1 + next_random(state, np.int64(box[1, 0] - box[0, 0]) - 1)
-    y = box[0, 1] + 1 + next_random(state, np.int64(box[1, 1] - box[0, 1]) - 1)
-    z = box[0, 2] + 1 + next_random(state, np.int64(box[1, 2] - box[0, 2]) - 1)
-    return (float(x), float(y), float(z))
+def inner_point(state, prism):  # type: ignore[no-untyped-def]
+    """A random point with integer coordinates strictly inside a prism of at least 2 units a side."""
+    u, v = slant(prism)
+    found = np.empty(3)
+    for k in range(3):
+        if k != v:
+            found[k] = prism[0, k] + 1 + next_random(state, np.int64(prism[7, k] - prism[0, k]) - 1)
+    if v >= 0:
+        least, greatest = inner_range(prism, (u, v), np.int64(found[u]))
+        found[v] = least + next_random(state, greatest - least + 1)
+    return (found[0], found[1], found[2])
 
 
 @kernel
@@ -86,70 +92,61 @@ def nearest_inner_point(part, u, v):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def within_reach(geometry, box, t):  # type: ignore[no-untyped-def]
-    """The part of a box (2, 3) in the cube about t that holds the range; the box where that is too thin."""
-    if geometry.near >= UNLIMITED:
-        return box
-    found = box.copy()
+def within_reach(geometry, prism, t):  # type: ignore[no-untyped-def]
+    """The part of a box in the cube about t that holds the range; all of it where that is too thin, or where
+    the prism is no box."""
+    if geometry.near >= UNLIMITED or slant(prism)[1] >= 0:
+        return prism
+    found = prism.copy()
     for k in range(3):
-        found[0, k] = max(box[0, k], t[k] - geometry.near)
-        found[1, k] = min(box[1, k], t[k] + geometry.near)
-        if found[1, k] - found[0, k] < 2.0:
-            return box
+        low, high = max(prism[0, k], t[k] - geometry.near), min(prism[7, k], t[k] + geometry.near)
+        if high - low < 2.0:
+            return prism
+        for i in range(8):
+            found[i, k] = high if (i >> k) & 1 else low
     return found
 
 
 @kernel
-def _nearest_sees(geometry, box, t, face):  # type: ignore[no-untyped-def]
-    """Whether the inner point of a box (2, 3) that is nearest to t sees the face, where there is a range."""
-    if geometry.near >= UNLIMITED:
-        return False
-    c = (
-        min(max(t[0], box[0, 0] + 1.0), box[1, 0] - 1.0),
-        min(max(t[1], box[0, 1] + 1.0), box[1, 1] - 1.0),
-        min(max(t[2], box[0, 2] + 1.0), box[1, 2] - 1.0),
-    )
-    return sees(geometry, c, t, face)
+def _nearest_sees(geometry, prism, t, face):  # type: ignore[no-untyped-def]
+    """Whether an inner point of a prism that is near to t sees the face, where there is a range."""
+    return geometry.near < UNLIMITED and sees(geometry, clamp_inside(prism, t), t, face)
 
 
 @kernel
-def extremes_see(geometry, box, part, face):  # type: ignore[no-untyped-def]
-    """Whether a segment from near a corner of a box (2, 3) to near a corner of a part of a face sees it."""
+def extremes_see(geometry, prism, part, face):  # type: ignore[no-untyped-def]
+    """Whether a segment from near a corner of a prism to near a corner of a part of a face sees it."""
     whole = np.int64(1) << trailing_zeros(part)
     for k in range(3):
         one, two = whole - 2 if k == 0 else 1, whole - 2 if k == 1 else 1
         t = weighted_point(part, (one, two, whole - one - two), whole)
-        if _nearest_sees(geometry, box, t, face):
+        if _nearest_sees(geometry, prism, t, face):
             return True
         for i in range(8):
-            c = (
-                box[1, 0] - 1.0 if i & 1 else box[0, 0] + 1.0,
-                box[1, 1] - 1.0 if i & 2 else box[0, 1] + 1.0,
-                box[1, 2] - 1.0 if i & 4 else box[0, 2] + 1.0,
-            )
+            c = clamp_inside(prism, (prism[i, 0], prism[i, 1], prism[i, 2]))
             if sees(geometry, c, t, face):
                 return True
     return False
 
 
 @kernel
-def trial(geometry, state, box, part):  # type: ignore[no-untyped-def]
+def trial(geometry, state, prism, part):  # type: ignore[no-untyped-def]
     """A random segment (c, t) of a pair (cell part, face part); one within the range if possible."""
     if geometry.near >= UNLIMITED:
-        return inner_point(state, box), inner_point_of_face(state, part)
+        return inner_point(state, prism), inner_point_of_face(state, part)
     t = inner_point_of_face(state, part)
-    return inner_point(state, within_reach(geometry, box, t)), t
+    return inner_point(state, within_reach(geometry, prism, t)), t
 
 
 @kernel
 def search(geometry, state, pair, what):  # type: ignore[no-untyped-def]
     """Whether one of some segments of a pair (cell part, face part) sees the face; what: (face, number)."""
-    box, part = pair
+    prism, part = pair
     face, number = what
-    if number > 0 and extremes_see(geometry, box, part, face):
+    if number > 0 and extremes_see(geometry, prism, part, face):
         return True
     for _ in range(number):
-        c, t = trial(geometry, state, box, part)
+        c, t = trial(geometry, state, prism, part)
         if sees(geometry, c, t, face):
             return True
     return False

@@ -1,9 +1,9 @@
 """The shaft of a cell part and a target part, and condition (1): an edge that no segment of the shaft meets.
 
-A segment runs from a point c of the open cell part to a point t of the target part (the relative interior
-of a triangle, or a closed box, which may be flat). An edge is cleared by one of four weak separations; each
-is strict for every point of [c, t) because c is interior, and t itself is no concern since no occluder meets
-the target (contact.py).
+A segment runs from a point c of the open cell part, a prism, to a point t of the target part (the relative
+interior of a triangle, or a closed box, which may be flat). An edge is cleared by one of four weak
+separations; each is strict for every point of [c, t) because c is interior, and t itself is no concern since
+no occluder meets the target (contact.py).
 
 References
 ----------
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from tilesnav_ref.kernels import inner_kernel, kernel
 from tilesnav_ref.visibility.exact import exact_determinant_sign, orientation
+from tilesnav_ref.visibility.prisms import box_around, plane_side
 
 MAX_PLANES = 12
 
@@ -53,33 +54,25 @@ def make_shaft() -> Shaft:
 
 
 @kernel
-def set_box(corners, lower, upper):  # type: ignore[no-untyped-def]
-    """Write the eight corners of a box."""
-    for i in range(8):
-        for k in range(3):
-            corners[i, k] = upper[k] if (i >> k) & 1 else lower[k]
-
-
-@kernel
-def set_shaft(shaft, cell_box, target, target_count):  # type: ignore[no-untyped-def]
-    """Prepare a shaft from the box (2, 3) of the cell part and the corners of the target part.
+def set_shaft(shaft, cell, target, target_count):  # type: ignore[no-untyped-def]
+    """Prepare a shaft from the corners (8, 3) of the cell part and those of the target part.
 
     `target_count` is 3 for a triangle and 8 for a box.
     """
-    set_box(shaft.cell, cell_box[0], cell_box[1])
+    shaft.cell[:] = cell
     shaft.target[:target_count] = target[:target_count]
     shaft.counts[0] = target_count
-    target_lower = np.empty(3)
-    target_upper = np.empty(3)
+    cell_box, target_box = box_around(cell), box_around(shaft.target[:target_count])
     for k in range(3):
-        target_lower[k] = shaft.target[:target_count, k].min()
-        target_upper[k] = shaft.target[:target_count, k].max()
-        shaft.lower[k] = min(cell_box[0, k], target_lower[k])
-        shaft.upper[k] = max(cell_box[1, k], target_upper[k])
+        shaft.lower[k] = min(cell_box[0, k], target_box[0, k])
+        shaft.upper[k] = max(cell_box[1, k], target_box[1, k])
     shaft.counts[1] = 0
     for i in range(3):
-        _add_planes(shaft, (cell_box[0], cell_box[1]), (target_lower, target_upper), (i, (i + 1) % 3))
-    shaft.counts[2] = _cell_side(shaft) if target_count == 3 else 0
+        _add_planes(shaft, cell_box, target_box, (i, (i + 1) % 3))
+    shaft.counts[2] = 0
+    if target_count == 3:
+        a, b, c = _row(shaft.target, 0), _row(shaft.target, 1), _row(shaft.target, 2)
+        shaft.counts[2] = plane_side(a, b, c, cell)
 
 
 @kernel
@@ -107,18 +100,6 @@ def _add_planes(shaft, cell, target, axes):  # type: ignore[no-untyped-def]
         row = shaft.planes[shaft.counts[1]]
         row[0], row[1], row[2], row[3], row[4], row[5] = i, j, a, b, ax, ay
         shaft.counts[1] += 1
-
-
-@kernel
-def _cell_side(shaft):  # type: ignore[no-untyped-def]
-    a, b, c = _row(shaft.target, 0), _row(shaft.target, 1), _row(shaft.target, 2)
-    least, most = 0, 0
-    for i in range(8):
-        side = orientation(a, b, c, _row(shaft.cell, i))
-        least, most = min(least, side), max(most, side)
-    if least >= 0:
-        return most
-    return least if most <= 0 else 0
 
 
 @inner_kernel

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.visibility.geometry import UNLIMITED, Geometry
 from tilesnav_ref.visibility.limits import leave_out
-from tilesnav_ref.visibility.lines import CellBoxes, cell_boxes, share_lines, share_passed, worth_aiming
+from tilesnav_ref.visibility.lines import CellPrisms, cell_prisms, share_lines, share_passed, worth_aiming
 from tilesnav_ref.visibility.sampling import (
     RayCaster,
     directions_to,
@@ -41,7 +41,7 @@ class Survey:
 
     geometry: Geometry
     caster: RayCaster
-    cells: CellBoxes
+    cells: CellPrisms
     ids: NDArray[np.int64]
     """(N,) number of each cell in the whole complex, ascending."""
     neighbours: tuple[NDArray[np.int64], ...]
@@ -54,15 +54,15 @@ class Survey:
 def make_survey(
     scene: tuple[Geometry, RayCaster],
     complex_: CellComplex,
-    boxes: NDArray[np.float64],
+    prisms: NDArray[np.float64],
     ids: NDArray[np.int64],
     settings: VisibilitySettings,
 ) -> Survey:
-    """Prepare a group: boxes (C, 2, 3) of all cells in fine units, ascending numbers (N,) of its own."""
+    """Prepare a group: prisms (C, 8, 3) of all cells in fine units, ascending numbers (N,) of its own."""
     geometry, caster = scene
     seen = np.zeros((len(ids), len(geometry.corners)), np.uint8)
     near = tuple(_rows_behind(complex_, cell, ids) for cell in ids)
-    return Survey(geometry, caster, cell_boxes(boxes[ids]), ids, near, settings, seen)
+    return Survey(geometry, caster, cell_prisms(prisms[ids]), ids, near, settings, seen)
 
 
 def _rows_behind(complex_: CellComplex, cell: int, ids: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -83,7 +83,7 @@ def _uniform(survey: Survey, row: int) -> None:
     random = np.random.default_rng([survey.settings.seed, survey.ids[row]])
     for begin in range(0, survey.settings.rays, CHUNK):
         number = min(CHUNK, survey.settings.rays - begin)
-        points = random_points(random, survey.cells.boxes[row], number)
+        points = random_points(random, survey.cells.prisms[row], number)
         _share(survey, points, random_directions(random, number))
 
 
@@ -92,15 +92,15 @@ def _aimed(survey: Survey, row: int, number: int, before: NDArray[np.uint8]) -> 
     random = np.random.default_rng([survey.settings.seed, survey.ids[row], number])
     wanted = worth_aiming(survey.geometry, before, row, survey.neighbours[row])
     within = np.ones(len(survey.geometry.corners), np.bool_)
-    leave_out(survey.geometry, survey.cells.boxes[row], within)
+    leave_out(survey.geometry, survey.cells.prisms[row], within)
     wanted = np.repeat(wanted[within[wanted]], survey.settings.aimed_rays)
     for begin in range(0, len(wanted), CHUNK):
         faces = wanted[begin : begin + CHUNK]
-        box = survey.cells.boxes[row]
-        points = random_points(random, box, len(faces))
+        prism = survey.cells.prisms[row]
+        points = random_points(random, prism, len(faces))
         targets = points_on_faces(random, survey.geometry.corners, faces)
         if survey.geometry.far < UNLIMITED:
-            points = points_within(random, box, targets, survey.geometry.near)
+            points = points_within(random, prism, targets, survey.geometry.near)
         _share(survey, points, directions_to(points, targets))
 
 

@@ -77,7 +77,7 @@ def may_see(
     two_sided = replace(scene, object_one_sided=np.zeros(0, np.bool_))
     run = Run(two_sided, outlook.cells, settings, progress)
     question = _Question(run, outlook, seers)
-    blocks = make_blocks(run.boxes, np.arange(count), settings.block_cells)
+    blocks = make_blocks(run.prisms, np.arange(count), settings.block_cells)
     done = 0
     with ThreadPoolExecutor(run.threads) as pool:
         try:
@@ -96,7 +96,7 @@ def _ask(question: _Question, block: Block, faces: NDArray[np.bool_]) -> int:
     run, outlook, seers = question.run, question.outlook, question.seers
     run.check_stop()
     alive = faces.copy()
-    leave_out(run.geometry, block.box, alive)
+    leave_out(run.geometry, block.region, alive)
     if not alive.any():
         return len(block.cells)
     listed = np.zeros(len(faces), np.bool_)
@@ -104,11 +104,11 @@ def _ask(question: _Question, block: Block, faces: NDArray[np.bool_]) -> int:
         listed[outlook.listed[cell]] = True
     listed &= ~faces
     work = _fresh(run, block)
-    cull(run.geometry, work, block.box, listed, alive)
+    cull(run.geometry, work, block.region, listed, alive)
     if block.halves:
         return sum(_ask(question, half, alive) for half in block.halves)
     cell = block.cells[0]
-    seers[cell] = _may_see_any(run.geometry, work, run.boxes[cell], alive, run.budget)
+    seers[cell] = _may_see_any(run.geometry, work, run.prisms[cell], alive, run.budget)
     return 1
 
 
@@ -121,7 +121,7 @@ def _fresh(run: Run, block: Block) -> Workspace:
 
 @kernel
 def _may_see_any(geometry, work, cell, alive, budget):  # type: ignore[no-untyped-def]
-    """Whether one of the faces `alive` (F,) is not proven hidden from a cell (2, 3).
+    """Whether one of the faces `alive` (F,) is not proven hidden from a cell (8, 3).
 
     Segments between extreme points come first: one of them that sees a face spares all proofs.
     """
