@@ -174,5 +174,3 @@ def test_points_are_drawn_near_their_targets_and_within_the_box(seed, near):
     assert np.array_equal(found, np.rint(found))
     reachable = (targets > box[0] + 1 - near) & (targets < box[1] - 1 + near) & (near >= 1)
     assert (np.abs(found - targets)[reachable] <= near).all()
-
-

@@ -190,6 +190,8 @@ def measure_coverage(
         Clearance, grid steps; threads, 0: one for each usable processor.
     """
     clearance, threads = limits
+    hull = np.stack((buckets.origin, buckets.origin + buckets.shape * buckets.size - 1))
+    buckets = make_buckets(buckets.corners, hull, 2 * flood.size)  # a point has few faces around it
     frame, lists = (buckets.origin, buckets.size, buckets.shape), (buckets.offsets, buckets.faces)
     voxels = (flood.origin, flood.size, clearance, flood.states)
     parts = np.array_split(points, -(-len(points) // _POINTS_A_TASK))

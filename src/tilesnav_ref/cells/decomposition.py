@@ -25,7 +25,7 @@ from tilesnav_ref.scene.model import Scene
 _LOG = logging.getLogger(__name__)
 
 
-def _buckets_around(scene: Scene, domain: NDArray[np.int64], sizes: GridSizes) -> FaceBuckets:
+def faces_around(scene: Scene, domain: NDArray[np.int64], sizes: GridSizes) -> FaceBuckets:
     """Faces that any later question can ask for: those near the domain, below it and above it up to the
     sky."""
     corners = scene.corners()
@@ -37,12 +37,12 @@ def _buckets_around(scene: Scene, domain: NDArray[np.int64], sizes: GridSizes) -
     return make_buckets(np.ascontiguousarray(corners[near]), box, 4 * sizes.min_size)
 
 
-def _reachable(
+def reachable_voxels(
     buckets: FaceBuckets, domain: NDArray[np.int64], context: tuple[CellSettings, GridSizes, float]
 ) -> VoxelFlood:
     """Voxels of the domain with those reached that the settings ask for."""
     settings, sizes, _ = context
-    flood = clear_voxels(buckets, domain, sizes.min_size // 4, sizes.clearance)
+    flood = clear_voxels(buckets, domain, sizes.min_size // 4, sizes.clearance, settings.threads)
     states = flood.states
     if settings.keep_interiors:
         states[states == CLEAR] = REACHED
@@ -122,11 +122,11 @@ def decompose(
     settings = settings or CellSettings()
     sizes = grid_sizes(settings, scene.step)
     domain = make_domain(scene, settings, sizes)
-    buckets = _buckets_around(scene, domain, sizes)
+    buckets = faces_around(scene, domain, sizes)
     roots = make_roots(domain, sizes, settings.max_cells)
     domain = np.stack((roots[:, 0].min(axis=0), roots[:, 1].max(axis=0)))
     context = (settings, sizes, scene.step)
-    flood = _reachable(buckets, domain, context)
+    flood = reachable_voxels(buckets, domain, context)
     prisms = _free_cells(buckets, roots, flood, context, progress)
     contacts = open_contacts(find_contacts(prisms), buckets if sizes.clearance == 0 else None)
     chosen = np.flatnonzero(select_reachable(prisms, contacts, buckets, domain, context))

@@ -238,6 +238,12 @@ def _add_cell_options(group: Any) -> None:
     for option, name, help_text in lengths:
         group.add_argument(option, dest=name, type=_number, metavar="M", help=f"{help_text}, m")
     group.add_argument(
+        "--cell-price",
+        type=_number,
+        metavar="N",
+        help=f"cubes of the smallest edge that a prism must add to be kept ({cells.cell_price:g})",
+    )
+    group.add_argument(
         "--keep-interiors", action="store_const", const=True, help="keep cells that are shut off from the sky"
     )
     group.add_argument(
