@@ -79,7 +79,8 @@ def test_cells_are_empty_disjoint_and_inside_the_domain(scene: Scene, clearance:
     for i, j in combinations(range(cells.count), 2):
         assert np.any((cells.lower[i] >= cells.upper[j]) | (cells.lower[j] >= cells.upper[i]))
     assert np.all(cells.lower >= 0)
-    assert np.all(cells.upper <= 32)
+    assert np.all(cells.upper[:, :2] <= 32)
+    assert np.all(cells.upper[:, 2] <= 32 + scene.corners()[:, :, 2].max())  # 8 m above the ground
     sizes = cells.upper - cells.lower
     assert np.all(sizes >= (4 if method == "boxes" else 6))
     assert np.all(sizes <= (16 if method == "boxes" else 6))

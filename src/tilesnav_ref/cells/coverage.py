@@ -144,19 +144,13 @@ def flood_from_points(
         spread(flood.states, hits[:count])
 
 
-def measure_coverage(
-    boxes: NDArray[np.int64],
-    buckets: FaceBuckets,
-    flood: VoxelFlood,
-    points: NDArray[np.int64],
-    clearance: int,
-) -> float:
-    """Share of the free and reachable points that lie in a box; see the module's notes.
+def reachable_points(
+    buckets: FaceBuckets, flood: VoxelFlood, points: NDArray[np.int64], clearance: int
+) -> NDArray[np.bool_]:
+    """Which points are free and reachable; see the module's notes.
 
     Parameters
     ----------
-    boxes
-        (B, 2, 3) cells.
     buckets
         Faces; their box must hold the points inflated by clearance and one voxel.
     flood
@@ -165,8 +159,12 @@ def measure_coverage(
         (P, 3) grid.
     clearance
         Grid steps.
+
+    Returns
+    -------
+    ndarray
+        (P,) bool.
     """
     frame, lists = (buckets.origin, buckets.size, buckets.shape), (buckets.offsets, buckets.faces)
     voxels = (flood.origin, flood.size, clearance, flood.states)
-    asked = points[_classify(buckets.corners, frame, lists, voxels, points) == 2]
-    return float(np.mean(locate_points(boxes, asked) >= 0)) if len(asked) else 0.0
+    return np.asarray(_classify(buckets.corners, frame, lists, voxels, points) == 2)

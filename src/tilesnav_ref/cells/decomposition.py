@@ -11,14 +11,23 @@ from numpy.typing import NDArray
 
 from tilesnav_ref.cells.boxes import divide_root
 from tilesnav_ref.cells.buckets import FaceBuckets, gather, make_buckets
-from tilesnav_ref.cells.coverage import flood_from_points, measure_coverage
-from tilesnav_ref.cells.domain import GridSizes, grid_sizes, make_domain, make_roots
-from tilesnav_ref.cells.flood import CLEAR, REACHED, clear_voxels, spread
+from tilesnav_ref.cells.domain import GridSizes, grid_sizes, horizontal_bounds, make_domain, make_roots
+from tilesnav_ref.cells.heights import measure_coverage
 from tilesnav_ref.cells.merge import merge_boxes
+from tilesnav_ref.cells.mission import Mission, touches_top
 from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.cells.portals import find_contacts, open_contacts, portal_table, rectangle_polygons
-from tilesnav_ref.cells.selection import cell_kinds, open_sky, seed_points, select_reachable, spatial_order
+from tilesnav_ref.cells.sectors import (
+    connected_within,
+    merge_within,
+    only_sector,
+    roots_around,
+    sector_order,
+    sector_places,
+)
+from tilesnav_ref.cells.selection import cell_kinds, spatial_order, start_cells
 from tilesnav_ref.cells.settings import CellError, CellSettings
+from tilesnav_ref.cells.terrain import find_ground
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.processors import thread_count
 from tilesnav_ref.scene.model import Scene
@@ -103,33 +112,6 @@ def _buckets_around(scene: Scene, domain: NDArray[np.int64], sizes: GridSizes) -
     return make_buckets(np.ascontiguousarray(corners[near]), box, 4 * sizes.min_size)
 
 
-def _coverage(
-    boxes: NDArray[np.int64],
-    buckets: FaceBuckets,
-    domain: NDArray[np.int64],
-    settings: CellSettings,
-    context: tuple[GridSizes, float],
-) -> float:
-    sizes, step = context
-    flood = clear_voxels(buckets, domain, sizes.min_size // 4, sizes.clearance)
-    states = flood.states
-    if settings.keep_interiors:
-        states[states == CLEAR] = REACHED
-    elif settings.seeds == "sky":
-        tops = np.argwhere(states[:, :, -1] == CLEAR)
-        starts = np.column_stack((tops, np.full(len(tops), states.shape[2] - 1)))
-        columns = np.stack(
-            (flood.origin + starts * flood.size, flood.origin + (starts + 1) * flood.size), axis=1
-        )
-        spread(states, starts[open_sky(columns, buckets, sizes.clearance)])
-    else:
-        flood_from_points(flood, buckets, seed_points(settings, domain, step), sizes.clearance)
-    points = np.random.default_rng(settings.coverage_seed).integers(
-        domain[0], domain[1], size=(settings.coverage_points, 3), endpoint=True
-    )
-    return measure_coverage(boxes, buckets, flood, points, sizes.clearance)
-
-
 def decompose(
     scene: Scene, settings: CellSettings | None = None, progress: Progress | None = None
 ) -> CellComplex:
@@ -165,9 +147,13 @@ def decompose(
     """
     settings = settings or CellSettings()
     sizes = grid_sizes(settings, scene.step)
-    domain = make_domain(scene, settings, sizes)
+    plan = np.stack(horizontal_bounds(scene.corners(), settings, scene.step))
+    ground = find_ground(scene.corners(), plan, scene.step, scene.terrain)
+    mission = Mission(settings, sizes, scene.step, ground)
+    domain = make_domain(scene, settings, sizes, ground)
     buckets = _buckets_around(scene, domain, sizes)
     roots = make_roots(domain, sizes, settings.max_cells)
+    roots = mission.roots(roots_around(roots, sizes.sector, settings.sector, scene.step))
     domain = np.stack((roots[:, 0].min(axis=0), roots[:, 1].max(axis=0)))
     boxes = _free_boxes(buckets, roots, sizes, settings, progress)
     if len(boxes) == 0:
@@ -177,13 +163,19 @@ def decompose(
         )
     walls = buckets if sizes.clearance == 0 else None
     if settings.method == "boxes":
-        boxes = merge_boxes(boxes, sizes.max_size, walls)
+        boxes = merge_within(boxes, sizes.sector, lambda part: merge_boxes(part, sizes.max_size, walls))
+    boxes = boxes[mission.keep(boxes)]
     contacts = open_contacts(find_contacts(boxes), walls)
-    boxes = boxes[select_reachable(boxes, contacts, buckets, domain, (settings, sizes, scene.step))]
-    boxes = boxes[spatial_order(boxes)]
+    starts = start_cells(
+        boxes, touches_top(boxes, roots), buckets, domain, (settings, sizes, scene.step)
+    )
+    places = sector_places(boxes[:, 0], sizes.sector)
+    boxes = boxes[connected_within(contacts.pairs, starts, places) & only_sector(places, settings.sector)]
+    order, sector_offsets = sector_order(boxes, sizes.sector, spatial_order)
+    boxes = boxes[order]
     contacts = open_contacts(find_contacts(boxes), walls)
     offsets, targets, polygons = portal_table(contacts, len(boxes))
-    coverage = _coverage(boxes, buckets, domain, settings, (sizes, scene.step))
+    coverage, bands = measure_coverage(boxes, buckets, domain, mission, (settings, sizes, scene.step))
     _LOG.info("%d cells, %d portals, coverage %.4f", len(boxes), len(targets), coverage)
     return CellComplex(
         lower=np.ascontiguousarray(boxes[:, 0]),
@@ -195,4 +187,6 @@ def decompose(
         polygons=rectangle_polygons(contacts),
         clearance=sizes.clearance,
         coverage=coverage,
+        sector_offsets=sector_offsets,
+        bands=bands,
     )

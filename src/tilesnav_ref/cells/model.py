@@ -25,6 +25,20 @@ def box_corners(lower: NDArray[np.int64], upper: NDArray[np.int64]) -> NDArray[n
 
 
 @dataclass(frozen=True)
+class HeightBand:
+    """Coverage of a band of heights above the ground."""
+
+    lower: float
+    """m."""
+    upper: float
+    """m; infinity for the last."""
+    points: int
+    """Random points that were free, reachable and in the band."""
+    covered: int
+    """Those of them that lie in a cell."""
+
+
+@dataclass(frozen=True)
 class CellComplex:
     """Cells with corners on the grid, and their portal graph.
 
@@ -60,6 +74,11 @@ class CellComplex:
     corners: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 8, 3), np.int64))
     """(N, 8, 3) grid coordinates; corner i is on the upper side of axis k where bit k of i is set. Without
     them the cells are boxes."""
+
+    sector_offsets: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    """(S + 1,) cells of sector s are ``sector_offsets[s]:sector_offsets[s + 1]``; empty: one sector."""
+    bands: tuple[HeightBand, ...] = ()
+    """Coverage by heights above the ground."""
 
     def __post_init__(self) -> None:
         """Corners of boxes where none were given."""

@@ -6,14 +6,11 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from tilesnav_ref.cells.buckets import FaceBuckets, boxes_with_faces
 from tilesnav_ref.cells.coverage import locate_points
 from tilesnav_ref.cells.domain import GridSizes
 from tilesnav_ref.cells.model import KIND_AERIAL, KIND_GROUND
-from tilesnav_ref.cells.portals import Contacts
 from tilesnav_ref.cells.settings import CellError, CellSettings
 
 
@@ -71,16 +68,17 @@ def _seed_boxes(
     return holders
 
 
-def select_reachable(
+def start_cells(
     boxes: NDArray[np.int64],
-    contacts: Contacts,
+    top: NDArray[np.bool_],
     buckets: FaceBuckets,
     domain: NDArray[np.int64],
     context: tuple[CellSettings, GridSizes, float],
 ) -> NDArray[np.bool_]:
-    """Boxes that contacts connect to the open sky or to the seeds; (B,) bool.
+    """Boxes that are kept by themselves: all, those open to the sky, or those that hold the seeds; (B,) bool.
 
-    A box is open to the sky when it touches the top of the domain and no face is above it.
+    A box is open to the sky when it ends at the top of its column of the domain (``top``, (B,) bool) and no
+    face is above it.
 
     Raises
     ------
@@ -90,20 +88,18 @@ def select_reachable(
     settings, sizes, step = context
     if settings.keep_interiors:
         return np.ones(len(boxes), np.bool_)
+    starts = np.zeros(len(boxes), np.bool_)
     if settings.seeds == "sky":
-        tops = np.flatnonzero(boxes[:, 1, 2] == domain[1, 2])
-        starts = tops[open_sky(boxes[tops], buckets, sizes.clearance)]
-        if len(starts) == 0:
+        tops = np.flatnonzero(top)
+        starts[tops[open_sky(boxes[tops], buckets, sizes.clearance)]] = True
+        if not np.any(starts):
             raise CellError(
                 f"no free space: none of {len(boxes)} free boxes touches the open sky at z = "
                 f"{float(domain[1, 2]) * step} m; allowed: a higher altitude_max, seeds, or keep_interiors"
             )
     else:
-        starts = _seed_boxes(boxes, buckets, domain, context)
-    first, second = contacts.pairs[:, 0], contacts.pairs[:, 1]
-    links = coo_array((np.ones(len(first), np.int8), (first, second)), shape=(len(boxes), len(boxes)))
-    _, component = connected_components(links, directed=False)
-    return np.isin(component, np.unique(component[starts]))
+        starts[_seed_boxes(boxes, buckets, domain, context)] = True
+    return starts
 
 
 def cell_kinds(

@@ -1,0 +1,73 @@
+"""Coverage of a mission, as a whole and by heights above the ground; see coverage.py for what is measured."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tilesnav_ref.cells.buckets import FaceBuckets
+from tilesnav_ref.cells.coverage import flood_from_points, locate_points, reachable_points
+from tilesnav_ref.cells.domain import GridSizes
+from tilesnav_ref.cells.flood import CLEAR, REACHED, VoxelFlood, clear_voxels, spread
+from tilesnav_ref.cells.mission import Mission, draw_points
+from tilesnav_ref.cells.model import HeightBand
+from tilesnav_ref.cells.selection import open_sky, seed_points
+from tilesnav_ref.cells.settings import CellSettings
+
+HEIGHTS = (0.0, 5.0, 10.0, 20.0, 40.0, math.inf)
+"""Borders of the bands, m: street level, first floors, eaves, roofs, and what is above them."""
+
+Context = tuple[CellSettings, GridSizes, float]
+
+
+def measure_coverage(
+    boxes: NDArray[np.int64],
+    buckets: FaceBuckets,
+    domain: NDArray[np.int64],
+    mission: Mission,
+    context: Context,
+) -> tuple[float, tuple[HeightBand, ...]]:
+    """Share of the points a mission asks for that lie in a box (B, 2, 3), of those free and reachable.
+
+    Returns
+    -------
+    coverage, bands
+        0 to 1, 0 without a point; and the counts of every band that has points.
+    """
+    settings, sizes, step = context
+    flood = _flood(buckets, domain, mission, context)
+    points = draw_points(domain, settings, mission)
+    points = points[reachable_points(buckets, flood, points, sizes.clearance)]
+    covered = locate_points(boxes, points) >= 0
+    heights = mission.heights(points) * step
+    bands = []
+    for lower, upper in pairwise(HEIGHTS):
+        # what is below the lowest ground of its column (by the rounding of columns) counts as street level
+        within = (heights >= lower if lower > 0.0 else np.ones(len(points), np.bool_)) & (heights < upper)
+        if np.any(within):
+            bands.append(HeightBand(lower, upper, int(within.sum()), int((within & covered).sum())))
+    return (float(np.mean(covered)) if len(points) else 0.0), tuple(bands)
+
+
+def _flood(
+    buckets: FaceBuckets, domain: NDArray[np.int64], mission: Mission, context: Context
+) -> VoxelFlood:
+    """Voxels that are reached from the sky, the seeds or the line of a corridor; all with interiors."""
+    settings, sizes, step = context
+    flood = clear_voxels(buckets, domain, sizes.min_size // 4, sizes.clearance)
+    states = flood.states
+    if settings.keep_interiors:
+        states[states == CLEAR] = REACHED
+    elif settings.seeds != "sky":
+        flood_from_points(flood, buckets, seed_points(settings, domain, step), sizes.clearance)
+    else:
+        tops = np.argwhere(states[:, :, -1] == CLEAR)
+        starts = np.column_stack((tops, np.full(len(tops), states.shape[2] - 1)))
+        columns = np.stack(
+            (flood.origin + starts * flood.size, flood.origin + (starts + 1) * flood.size), axis=1
+        )
+        spread(states, starts[open_sky(columns, buckets, sizes.clearance)])
+    return flood
