@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tilesnav_ref.cells.boxes import divide_root
 from tilesnav_ref.cells.buckets import FaceBuckets, gather, make_buckets
-from tilesnav_ref.cells.domain import GridSizes, grid_sizes, horizontal_bounds, make_domain, make_roots
+from tilesnav_ref.cells.domain import GridSizes, grid_sizes, make_domain, make_roots, scene_ground
 from tilesnav_ref.cells.heights import measure_coverage
 from tilesnav_ref.cells.merge import merge_boxes
 from tilesnav_ref.cells.mission import Mission, touches_top
@@ -27,7 +27,6 @@ from tilesnav_ref.cells.sectors import (
 )
 from tilesnav_ref.cells.selection import cell_kinds, spatial_order, start_cells
 from tilesnav_ref.cells.settings import CellError, CellSettings
-from tilesnav_ref.cells.terrain import find_ground
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.processors import thread_count
 from tilesnav_ref.scene.model import Scene
@@ -147,8 +146,7 @@ def decompose(
     """
     settings = settings or CellSettings()
     sizes = grid_sizes(settings, scene.step)
-    plan = np.stack(horizontal_bounds(scene.corners(), settings, scene.step))
-    ground = find_ground(scene.corners(), plan, scene.step, scene.terrain)
+    ground = scene_ground(scene, settings)
     mission = Mission(settings, sizes, scene.step, ground)
     domain = make_domain(scene, settings, sizes, ground)
     buckets = _buckets_around(scene, domain, sizes)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tilesnav_ref.cells.sectors import lattice_cuts
 from tilesnav_ref.cells.settings import CellError, CellSettings
-from tilesnav_ref.cells.terrain import Ground
+from tilesnav_ref.cells.terrain import Ground, find_ground, level_ground
 from tilesnav_ref.scene.model import COORDINATE_LIMIT, Scene
 
 AIRSPACE_TOP = 152.4
@@ -57,16 +57,24 @@ def grid_sizes(settings: CellSettings, step: float) -> GridSizes:
     return sizes
 
 
-def horizontal_bounds(
-    corners: NDArray[np.int64], settings: CellSettings, step: float
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Lower and upper corner (2,), (2,) of the plan in which cells may lie, grid coordinates.
+def scene_ground(scene: Scene, settings: CellSettings) -> Ground:
+    """The ground that altitudes count from.
 
     Raises
     ------
     CellError
         The scene is empty, or the region is outside of it.
     """
+    corners = scene.corners()
+    plan = np.stack(_horizontal_bounds(corners, settings, scene.step))
+    if settings.altitude_above == "lowest":
+        return level_ground(corners, plan)
+    return find_ground(corners, plan, scene.step, scene.terrain)
+
+
+def _horizontal_bounds(
+    corners: NDArray[np.int64], settings: CellSettings, step: float
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     if len(corners) == 0:
         raise CellError("the scene has no face; allowed: 1 or more")
     low, high = corners.min(axis=(0, 1))[:2], corners.max(axis=(0, 1))[:2]
@@ -119,7 +127,7 @@ def make_domain(
         The scene is empty, the region is outside of it, or the box is thinner than a cell or leaves the grid.
     """
     corners = scene.corners()
-    low, high = horizontal_bounds(corners, settings, scene.step)
+    low, high = _horizontal_bounds(corners, settings, scene.step)
     inside = np.all((corners[:, :, :2].max(axis=1) >= low) & (corners[:, :, :2].min(axis=1) <= high), axis=1)
     chosen = corners[inside] if np.any(inside) else corners
     bottom, top = _vertical_bounds(int(chosen[:, :, 2].max()), ground, settings, scene.step)

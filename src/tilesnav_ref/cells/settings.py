@@ -31,6 +31,8 @@ class CellSettings:
     altitude_max: float | None = None
     """Upper end of the cells above the ground, m; None: the lower of 152.4 m (500 ft) above the ground and
     ``max_size`` above the highest point of the scene in the region."""
+    altitude_above: Literal["ground", "lowest"] = "ground"
+    """What altitudes count from: the ground straight below, or the lowest point of the faces in the region."""
     corridor: tuple[Point, ...] = ()
     """Points of the line that mission "corridor" follows, m, nav frame."""
     corridor_radius: float = 10.0
@@ -101,6 +103,8 @@ class CellSettings:
     def _check_mission(self) -> None:
         if self.mission not in ("aerial", "ground", "corridor"):
             raise CellError(f"mission is {self.mission!r}; allowed: 'aerial', 'ground', 'corridor'")
+        if self.altitude_above not in ("ground", "lowest"):
+            raise CellError(f"altitude_above is {self.altitude_above!r}; allowed: 'ground', 'lowest'")
         if self.mission == "ground" and self.ground_height <= 0.0:
             raise CellError(f"ground_height is {self.ground_height} m; mission ground needs more than 0")
         if (self.mission == "corridor") != bool(self.corridor):
