@@ -14,7 +14,7 @@ from tilesnav_ref.cells.buckets import FaceBuckets, gather, make_buckets
 from tilesnav_ref.cells.domain import GridSizes, grid_sizes, make_domain, make_roots, scene_ground
 from tilesnav_ref.cells.heights import measure_coverage
 from tilesnav_ref.cells.merge import merge_boxes
-from tilesnav_ref.cells.mission import Mission, touches_top
+from tilesnav_ref.cells.mission import Mission
 from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.cells.portals import find_contacts, open_contacts, portal_table, rectangle_polygons
 from tilesnav_ref.cells.sectors import (
@@ -164,11 +164,11 @@ def decompose(
         boxes = merge_within(boxes, sizes.sector, lambda part: merge_boxes(part, sizes.max_size, walls))
     boxes = boxes[mission.keep(boxes)]
     contacts = open_contacts(find_contacts(boxes), walls)
-    starts = start_cells(
-        boxes, touches_top(boxes, roots), buckets, domain, (settings, sizes, scene.step)
-    )
+    starts = start_cells(boxes, mission, roots, buckets, (settings, sizes, scene.step))
     places = sector_places(boxes[:, 0], sizes.sector)
     boxes = boxes[connected_within(contacts.pairs, starts, places) & only_sector(places, settings.sector)]
+    if len(boxes) == 0:
+        raise CellError(f"no free space: no cell is in sector {settings.sector}; allowed: another sector")
     order, sector_offsets = sector_order(boxes, sizes.sector, spatial_order)
     boxes = boxes[order]
     contacts = open_contacts(find_contacts(boxes), walls)

@@ -111,9 +111,7 @@ def _vertical_bounds(highest: int, ground: Ground, settings: CellSettings, step:
     return lowest_ground + altitude_min, top
 
 
-def make_domain(
-    scene: Scene, settings: CellSettings, sizes: GridSizes, ground: Ground
-) -> NDArray[np.int64]:
+def make_domain(scene: Scene, settings: CellSettings, sizes: GridSizes, ground: Ground) -> NDArray[np.int64]:
     """Lower and upper corner of the box in which cells may lie.
 
     Returns

@@ -14,7 +14,7 @@ from tilesnav_ref.cells.domain import GridSizes
 from tilesnav_ref.cells.flood import CLEAR, REACHED, VoxelFlood, clear_voxels, spread
 from tilesnav_ref.cells.mission import Mission, draw_points
 from tilesnav_ref.cells.model import HeightBand
-from tilesnav_ref.cells.selection import open_sky, seed_points
+from tilesnav_ref.cells.selection import line_seeds, open_sky, seed_points
 from tilesnav_ref.cells.settings import CellSettings
 
 HEIGHTS = (0.0, 5.0, 10.0, 20.0, 40.0, math.inf)
@@ -39,7 +39,7 @@ def measure_coverage(
     """
     settings, sizes, step = context
     flood = _flood(buckets, domain, mission, context)
-    points = draw_points(domain, settings, mission)
+    points = draw_points(_asked(domain, settings, sizes), settings, mission)
     points = points[reachable_points(buckets, flood, points, sizes.clearance)]
     covered = locate_points(boxes, points) >= 0
     heights = mission.heights(points) * step
@@ -52,9 +52,17 @@ def measure_coverage(
     return (float(np.mean(covered)) if len(points) else 0.0), tuple(bands)
 
 
-def _flood(
-    buckets: FaceBuckets, domain: NDArray[np.int64], mission: Mission, context: Context
-) -> VoxelFlood:
+def _asked(domain: NDArray[np.int64], settings: CellSettings, sizes: GridSizes) -> NDArray[np.int64]:
+    """The part (2, 3) of the domain whose coverage is asked for: all of it, or one sector."""
+    if settings.sector is None:
+        return domain
+    asked, lower = domain.copy(), np.array(settings.sector) * sizes.sector
+    asked[0, :2] = np.maximum(domain[0, :2], lower)
+    asked[1, :2] = np.minimum(domain[1, :2], lower + sizes.sector)
+    return asked
+
+
+def _flood(buckets: FaceBuckets, domain: NDArray[np.int64], mission: Mission, context: Context) -> VoxelFlood:
     """Voxels that are reached from the sky, the seeds or the line of a corridor; all with interiors."""
     settings, sizes, step = context
     flood = clear_voxels(buckets, domain, sizes.min_size // 4, sizes.clearance)
@@ -63,6 +71,8 @@ def _flood(
         states[states == CLEAR] = REACHED
     elif settings.seeds != "sky":
         flood_from_points(flood, buckets, seed_points(settings, domain, step), sizes.clearance)
+    elif settings.mission == "corridor":
+        flood_from_points(flood, buckets, line_seeds(mission, buckets, sizes.clearance), sizes.clearance)
     else:
         tops = np.argwhere(states[:, :, -1] == CLEAR)
         starts = np.column_stack((tops, np.full(len(tops), states.shape[2] - 1)))

@@ -15,6 +15,9 @@ Voxels are not narrowed: those that do not fit are left out.
 
 from __future__ import annotations
 
+import math
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -77,17 +80,14 @@ class Mission:
         """Heights of points (P, 3) above the lowest ground of their columns; (P,) grid steps."""
         return points[:, 2] - self._ground.at(points)
 
-    def line_points(self, spacing: int) -> NDArray[np.int64]:
-        """Points (P, 3) on the line of a corridor, at most ``spacing`` steps apart; its own points too."""
-        pieces = []
-        for a, b in zip(self._line[:-1], self._line[1:], strict=True):
-            count = int(np.ceil(np.linalg.norm(b - a) / max(spacing, 1))) + 1
-            pieces.append(a + np.linspace(0.0, 1.0, count + 1)[:, None] * (b - a))
-        return np.round(np.concatenate(pieces)).astype(np.int64) if pieces else np.zeros((0, 3), np.int64)
-
-    def corners_of_line(self) -> NDArray[np.int64]:
-        """Points (P, 3) that the line of a corridor was given by, on the grid."""
-        return np.round(self._line).astype(np.int64)
+    def line_points(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """The points (P, 3) that the line of a corridor was given by, and points (R, 3) between them, half a
+        smallest cell apart; grid."""
+        spacing, pieces = max(self._sizes.min_size / 2.0, 1.0), [np.zeros((0, 3))]
+        for a, b in pairwise(self._line):
+            count = math.ceil(float(np.linalg.norm(b - a)) / spacing)
+            pieces.append(a + np.linspace(0.0, 1.0, count + 1)[1:-1, None] * (b - a))
+        return np.round(self._line).astype(np.int64), np.round(np.concatenate(pieces)).astype(np.int64)
 
     def _limits(self, roots: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         low, high = self._ground.under(roots)
@@ -154,9 +154,7 @@ def touches_top(bounds: NDArray[np.int64], roots: NDArray[np.int64]) -> NDArray[
     return result
 
 
-def draw_points(
-    domain: NDArray[np.int64], settings: CellSettings, mission: Mission
-) -> NDArray[np.int64]:
+def draw_points(domain: NDArray[np.int64], settings: CellSettings, mission: Mission) -> NDArray[np.int64]:
     """Random points (P, 3) of the domain that a mission asks for; about coverage_points, fewer where they are
     rare."""
     rng = np.random.default_rng(settings.coverage_seed)

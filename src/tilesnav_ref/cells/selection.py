@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from tilesnav_ref.cells.buckets import FaceBuckets, boxes_with_faces
 from tilesnav_ref.cells.coverage import locate_points
 from tilesnav_ref.cells.domain import GridSizes
+from tilesnav_ref.cells.mission import Mission, touches_top
 from tilesnav_ref.cells.model import KIND_AERIAL, KIND_GROUND
 from tilesnav_ref.cells.settings import CellError, CellSettings
 
@@ -68,37 +69,61 @@ def _seed_boxes(
     return holders
 
 
+def line_seeds(mission: Mission, buckets: FaceBuckets, clearance: int) -> NDArray[np.int64]:
+    """Points (P, 3) of the line of a corridor from which its space is reached: those that it was given by,
+    and those between them that see no face above."""
+    given, between = mission.line_points()
+    if len(between) == 0:
+        return given
+    dots = np.stack((between - 1, between + 1), axis=1)
+    return np.concatenate((given, between[open_sky(dots, buckets, clearance)]))
+
+
 def start_cells(
     boxes: NDArray[np.int64],
-    top: NDArray[np.bool_],
+    mission: Mission,
+    roots: NDArray[np.int64],
     buckets: FaceBuckets,
-    domain: NDArray[np.int64],
     context: tuple[CellSettings, GridSizes, float],
 ) -> NDArray[np.bool_]:
-    """Boxes that are kept by themselves: all, those open to the sky, or those that hold the seeds; (B,) bool.
+    """Boxes (N, 2, 3) that are kept by themselves: all, those open to the sky, or those that hold a seed.
 
-    A box is open to the sky when it ends at the top of its column of the domain (``top``, (B,) bool) and no
-    face is above it.
+    A box is open to the sky when it ends at the upper end of the roots (R, 2, 3) and no face is above it.
+
+    Returns
+    -------
+    ndarray
+        (N,) bool.
 
     Raises
     ------
     CellError
-        No box is open to the sky, or a seed is near a face, in no box, or outside the domain.
+        No box is open to the sky or holds a point of the corridor's line, or a seed is near a face, in no
+        box, or outside the domain.
     """
     settings, sizes, step = context
     if settings.keep_interiors:
         return np.ones(len(boxes), np.bool_)
     starts = np.zeros(len(boxes), np.bool_)
-    if settings.seeds == "sky":
-        tops = np.flatnonzero(top)
+    domain = np.stack((roots[:, 0].min(axis=0), roots[:, 1].max(axis=0)))
+    if settings.seeds != "sky":
+        starts[_seed_boxes(boxes, buckets, domain, context)] = True
+    elif settings.mission == "corridor":
+        holders = locate_points(boxes, line_seeds(mission, buckets, sizes.clearance))
+        starts[holders[holders >= 0]] = True
+        if not np.any(starts):
+            raise CellError(
+                f"no free space: no cell of {len(boxes)} holds a point of the corridor that is given or open "
+                "to the sky; allowed: a line through free space, seeds, or keep_interiors"
+            )
+    else:
+        tops = np.flatnonzero(touches_top(boxes, roots))
         starts[tops[open_sky(boxes[tops], buckets, sizes.clearance)]] = True
         if not np.any(starts):
             raise CellError(
                 f"no free space: none of {len(boxes)} free boxes touches the open sky at z = "
                 f"{float(domain[1, 2]) * step} m; allowed: a higher altitude_max, seeds, or keep_interiors"
             )
-    else:
-        starts[_seed_boxes(boxes, buckets, domain, context)] = True
     return starts
 
 

@@ -118,12 +118,16 @@ class CellSettings:
         ):
             raise CellError(f"corridor is {self.corridor}; allowed: 2 or more points of three finite numbers")
         if not 0.0 < self.corridor_radius < float("inf"):
-            raise CellError(f"corridor_radius is {self.corridor_radius} m; allowed: greater than 0 and finite")
+            raise CellError(
+                f"corridor_radius is {self.corridor_radius} m; allowed: greater than 0 and finite"
+            )
         self._check_sectors()
 
     def _check_sectors(self) -> None:
         if self.sector is not None and self.sector_size is None:
-            raise CellError(f"sector is {self.sector} without sector_size; allowed: both, or sector_size alone")
+            raise CellError(
+                f"sector is {self.sector} without sector_size; allowed: both, or sector_size alone"
+            )
         if self.sector_size is None:
             return
         largest = self.voxel_size if self.method == "voxel" else self.max_size

@@ -117,7 +117,9 @@ def find_ground(
 
 def level_ground(corners: NDArray[np.int64], plan: NDArray[np.int64]) -> Ground:
     """The lowest point of the faces (F, 3, 3) that meet a plan (2, 2), as the ground everywhere."""
-    inside = np.all((corners[:, :, :2].max(axis=1) >= plan[0]) & (corners[:, :, :2].min(axis=1) <= plan[1]), axis=1)
+    inside = np.all(
+        (corners[:, :, :2].max(axis=1) >= plan[0]) & (corners[:, :, :2].min(axis=1) <= plan[1]), axis=1
+    )
     chosen = corners[inside] if np.any(inside) else corners
     height = np.full((1, 1), chosen[:, :, 2].min(), np.int64)
     return Ground(plan[0].copy(), int((plan[1] - plan[0]).max()), height, height, np.ones((1, 1), np.bool_))

@@ -13,6 +13,8 @@ J. Kiefer, "Sequential minimax search for a maximum", Proceedings of the AMS 4(3
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,7 +26,10 @@ _ALLOWANCE = 2.0**-10
 
 
 def _distances(
-    start: NDArray[np.float64], along: NDArray[np.float64], share: NDArray[np.float64], boxes: NDArray[np.int64]
+    start: NDArray[np.float64],
+    along: NDArray[np.float64],
+    share: NDArray[np.float64],
+    boxes: NDArray[np.int64],
 ) -> NDArray[np.float64]:
     places = start + share[:, None] * along
     return np.linalg.norm(np.maximum(np.maximum(boxes[:, 0] - places, places - boxes[:, 1]), 0.0), axis=1)
@@ -44,26 +49,24 @@ def segment_distances(
     return _distances(start, along, (low + high) / 2.0, boxes)
 
 
-def boxes_in_tube(
-    boxes: NDArray[np.int64], line: NDArray[np.float64], radius: float
-) -> NDArray[np.bool_]:
+def boxes_in_tube(boxes: NDArray[np.int64], line: NDArray[np.float64], radius: float) -> NDArray[np.bool_]:
     """Which boxes (B, 2, 3) are within a radius of a line (P, 3); (B,) bool."""
     result = np.zeros(len(boxes), np.bool_)
-    for start, end in zip(line[:-1], line[1:], strict=True):
+    for start, end in pairwise(line):
         near = np.minimum(start, end) - 2.0 * radius, np.maximum(start, end) + 2.0 * radius
         asked = np.flatnonzero(~result & np.all((boxes[:, 1] >= near[0]) & (boxes[:, 0] <= near[1]), axis=1))
         result[asked] = segment_distances(start, end, boxes[asked]) <= radius + _ALLOWANCE
     return result
 
 
-def points_in_tube(
-    points: NDArray[np.int64], line: NDArray[np.float64], radius: float
-) -> NDArray[np.bool_]:
+def points_in_tube(points: NDArray[np.int64], line: NDArray[np.float64], radius: float) -> NDArray[np.bool_]:
     """Which points (P, 3) are within a radius of a line; (P,) bool."""
     result = np.zeros(len(points), np.bool_)
-    for start, end in zip(line[:-1], line[1:], strict=True):
+    for start, end in pairwise(line):
         along = end - start
         length = float(along @ along)
-        share = np.clip(((points - start) @ along) / length, 0.0, 1.0) if length > 0.0 else np.zeros(len(points))
+        share = (
+            np.clip(((points - start) @ along) / length, 0.0, 1.0) if length > 0.0 else np.zeros(len(points))
+        )
         result |= np.linalg.norm(points - (start + share[:, None] * along), axis=1) <= radius
     return result

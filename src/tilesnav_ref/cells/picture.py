@@ -1,0 +1,240 @@
+"""A picture of cells and their connections, from above and in perspective.
+
+Notes
+-----
+matplotlib is an extra and imported where it is used.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.cells.settings import CellError
+from tilesnav_ref.scene.model import Scene
+
+SUFFIXES = (".png", ".svg", ".pdf")
+SIDES = ((0, 2, 6, 4), (1, 3, 7, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 1, 3, 2), (4, 5, 7, 6))
+"""Corners around each of the six sides of a cell, whose corner i is on the upper side of axis k where bit k
+of i is set."""
+WIDTH, HEIGHT, DOTS = 15.0, 7.2, 150
+"""Inches, inches, dots an inch."""
+FACES_DRAWN = 60_000
+"""Of more faces than this the largest are drawn; the others would be smaller than a dot."""
+LINES_DRAWN = 20_000
+"""Of more portals than this an evenly spaced choice is drawn."""
+
+
+@dataclass(frozen=True)
+class View:
+    """What is drawn, in metres."""
+
+    faces: NDArray[np.float64]
+    """(F, 3, 3) corners of the faces of the scene near the cells."""
+    sides: NDArray[np.float64]
+    """(N, 6, 4, 3) corners around the sides of every cell."""
+    heights: NDArray[np.float64]
+    """(N,) of the middles of the cells."""
+    paths: NDArray[np.float64]
+    """(P, 3, 3) from the middle of a cell through the middle of a portal to the middle of the next."""
+    box: NDArray[np.float64]
+    """(2, 3) bounds of the cells."""
+
+
+def make_view(scene: Scene, cells: CellComplex) -> View:
+    """Work out what a picture shows of a scene and its cells."""
+    step = scene.step
+    corners = cells.corners * step
+    middles = corners.mean(axis=1)
+    sources = np.repeat(np.arange(cells.count), np.diff(cells.portal_offsets))
+    once = np.flatnonzero(sources < cells.portal_targets)
+    once = once[:: max(1, -(-len(once) // LINES_DRAWN))]
+    through = cells.polygons[cells.portal_polygons[once]].mean(axis=1) * step
+    paths = np.stack((middles[sources[once]], through, middles[cells.portal_targets[once]]), axis=1)
+    box = np.stack((corners.min(axis=(0, 1)), corners.max(axis=(0, 1))))
+    return View(_faces_near(scene, box), corners[:, SIDES], middles[:, 2], paths, box)
+
+
+def _faces_near(scene: Scene, box: NDArray[np.float64]) -> NDArray[np.float64]:
+    corners = scene.corners() * scene.step
+    middle = corners.mean(axis=1)
+    near = np.all((middle[:, :2] >= box[0, :2]) & (middle[:, :2] <= box[1, :2]), axis=1)
+    faces = corners[near]
+    if len(faces) > FACES_DRAWN:
+        areas = np.linalg.norm(np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]), axis=1)
+        faces = faces[np.sort(np.argsort(-areas, kind="stable")[:FACES_DRAWN])]
+    return faces
+
+
+def check_picture(path: Path) -> None:
+    """Refuse what cannot be drawn or written, before any work is done.
+
+    Raises
+    ------
+    CellError
+        Another ending, a folder that is not there, or matplotlib is missing.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        raise CellError(f"{path}: found the ending {path.suffix!r}; allowed: {', '.join(SUFFIXES)}")
+    if not path.parent.is_dir():
+        raise CellError(f"{path}: its parent {path.parent} is not a folder")
+    _matplotlib()
+
+
+def _matplotlib() -> Any:
+    try:
+        import matplotlib  # noqa: PLC0415 - an extra
+    except ImportError as error:
+        raise CellError(
+            "pictures need matplotlib; install the extra: pip install 'tilesnav[plot]'"
+        ) from error
+    return matplotlib
+
+
+def draw(scene: Scene, cells: CellComplex, path: Path) -> None:
+    """Draw cells and their connections to a file.
+
+    Parameters
+    ----------
+    scene
+        Its faces are drawn in grey.
+    cells
+        Their sides are coloured by height, and lines run from cell to cell through the portals.
+    path
+        .png, .svg or .pdf; replaced when it exists.
+
+    Raises
+    ------
+    CellError
+        See :func:`check_picture`.
+    """
+    check_picture(path)
+    matplotlib = _matplotlib()
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - an extra
+    from matplotlib.figure import Figure  # noqa: PLC0415 - an extra
+
+    view = make_view(scene, cells)
+    with matplotlib.rc_context({"svg.hashsalt": "tilesnav", "font.size": 9}):
+        figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+        FigureCanvasAgg(figure)
+        grid = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.15))
+        colours = _Colours(view.heights, matplotlib)
+        _plan(figure.add_subplot(grid[0]), view, colours)
+        _perspective(figure.add_subplot(grid[1], projection="3d", computed_zorder=False), view, colours)
+        colours.bar(figure)
+        metadata = {"Date": None} if path.suffix.lower() == ".svg" else None
+        figure.savefig(path, dpi=DOTS, metadata=metadata)
+
+
+class _Colours:
+    """Colours of cells by the height of their middles."""
+
+    def __init__(self, heights: NDArray[np.float64], matplotlib: Any) -> None:
+        high = max(float(heights.max()), float(heights.min()) + 1.0)
+        self._norm = matplotlib.colors.Normalize(float(heights.min()), high)
+        self._map = matplotlib.colormaps["viridis"]
+        self._mappable = matplotlib.cm.ScalarMappable(self._norm, self._map)
+
+    def of(self, heights: NDArray[np.float64], alpha: float) -> NDArray[np.float64]:
+        colours = np.array(self._map(self._norm(heights)))
+        colours[:, 3] = alpha
+        return colours
+
+    def bar(self, figure: Any) -> None:
+        figure.colorbar(
+            self._mappable, ax=figure.axes, shrink=0.6, pad=0.02, label="middle of the cell, z in m"
+        )
+
+
+def _plan(axes: Any, view: View, colours: _Colours) -> None:
+    """From above: the highest cells last; faces that stand or slope are outlines over them."""
+    from matplotlib.collections import LineCollection, PolyCollection  # noqa: PLC0415 - an extra
+
+    size = _dot_sizes(view)
+    low_first = np.argsort(view.heights, kind="stable")
+    axes.add_collection(PolyCollection(view.faces[:, :, :2], facecolors="0.82", edgecolors="none"))
+    top = view.sides[low_first, 5, :, :2]
+    axes.add_collection(
+        PolyCollection(
+            top,
+            facecolors=colours.of(view.heights[low_first], 0.12),
+            edgecolors=(0.1, 0.2, 0.4, 0.5),
+            linewidths=size[0],
+            label="cell",
+        )
+    )
+    axes.add_collection(
+        LineCollection(
+            view.paths[:, :, :2], colors=(0.85, 0.2, 0.1, 0.45), linewidths=size[1], label="portal"
+        )
+    )
+    middles = view.sides.mean(axis=(1, 2))
+    axes.scatter(middles[:, 0], middles[:, 1], s=size[2], color="black", linewidths=0, zorder=3)
+    axes.set_xlim(view.box[0, 0], view.box[1, 0])
+    axes.set_ylim(view.box[0, 1], view.box[1, 1])
+    axes.set_aspect("equal")
+    axes.set_xlabel("x, m")
+    axes.set_ylabel("y, m")
+    _legend(axes)
+
+
+def _perspective(axes: Any, view: View, colours: _Colours) -> None:
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # noqa: PLC0415 - an extra
+
+    size = _dot_sizes(view)
+    axes.add_collection3d(
+        Poly3DCollection(
+            view.faces,
+            facecolors=(0.6, 0.6, 0.6, 0.9),
+            edgecolors=(0.4, 0.4, 0.4, 0.3),
+            linewidths=0.1,
+            zorder=1,
+        )
+    )
+    sides = view.sides.reshape(-1, 4, 3)
+    axes.add_collection3d(
+        Poly3DCollection(
+            sides,
+            facecolors=colours.of(np.repeat(view.heights, 6), 0.05),
+            edgecolors=(0.1, 0.2, 0.4, 0.35),
+            linewidths=size[0],
+            zorder=2,
+        )
+    )
+    axes.add_collection3d(
+        Line3DCollection(view.paths, colors=(0.85, 0.2, 0.1, 0.5), linewidths=size[1], zorder=3)
+    )
+    low, high = view.box
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_zlim(low[2], high[2])
+    axes.set_box_aspect(np.maximum(high - low, 0.15 * (high - low).max()), zoom=1.1)
+    axes.set_proj_type("persp", focal_length=0.8)
+    axes.view_init(elev=32.0, azim=-60.0)
+    axes.set_xlabel("x, m")
+    axes.set_ylabel("y, m")
+    axes.set_zlabel("z, m")
+
+
+def _dot_sizes(view: View) -> tuple[float, float, float]:
+    """Line width of cells and of portals, and size of dots, in points: thinner the more there are."""
+    share = min(1.0, (200.0 / max(len(view.heights), 1)) ** 0.5)
+    return 0.25 + 0.5 * share, 0.2 + 0.7 * share, 0.5 + 8.0 * share
+
+
+def _legend(axes: Any) -> None:
+    from matplotlib.lines import Line2D  # noqa: PLC0415 - an extra
+    from matplotlib.patches import Patch  # noqa: PLC0415 - an extra
+
+    entries = (
+        Patch(facecolor="0.82", label="faces of the scene"),
+        Patch(facecolor=(0.3, 0.6, 0.5, 0.3), edgecolor=(0.1, 0.2, 0.4, 0.6), label="cell"),
+        Line2D([], [], color="black", marker="o", markersize=3, linestyle="none", label="middle of a cell"),
+        Line2D([], [], color=(0.85, 0.2, 0.1), label="way through a portal"),
+    )
+    axes.legend(handles=entries, loc="upper left", bbox_to_anchor=(0.0, -0.08), ncols=4, frameon=False)
