@@ -73,7 +73,7 @@ def height_range(
         low, high = min(low, polygon[c, 2]), max(high, polygon[c, 2])
     least = min(triangle[0, 2], triangle[1, 2], triangle[2, 2])
     most = max(triangle[0, 2], triangle[1, 2], triangle[2, 2])
-    return max(least, int(math.floor(low - _CLIP_ERROR))), min(most, int(math.ceil(high + _CLIP_ERROR)))
+    return max(least, math.floor(low - _CLIP_ERROR)), min(most, math.ceil(high + _CLIP_ERROR))
 
 
 @kernel

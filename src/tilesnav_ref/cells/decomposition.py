@@ -12,21 +12,23 @@ from numpy.typing import NDArray
 from tilesnav_ref.cells.boxes import divide_root
 from tilesnav_ref.cells.buckets import FaceBuckets, gather, make_buckets
 from tilesnav_ref.cells.domain import GridSizes, grid_sizes, make_domain, make_roots, scene_ground
+from tilesnav_ref.cells.driving import GroundMission
 from tilesnav_ref.cells.heights import measure_coverage
 from tilesnav_ref.cells.merge import merge_boxes
 from tilesnav_ref.cells.mission import Mission
-from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.cells.model import KIND_GROUND, CellComplex, box_corners
 from tilesnav_ref.cells.portals import find_contacts, open_contacts, portal_table, rectangle_polygons
 from tilesnav_ref.cells.sectors import (
     connected_within,
-    merge_within,
     only_sector,
     roots_around,
+    sector_by_sector,
     sector_order,
     sector_places,
 )
 from tilesnav_ref.cells.selection import cell_kinds, spatial_order, start_cells
 from tilesnav_ref.cells.settings import CellError, CellSettings
+from tilesnav_ref.cells.terrain import Ground
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.processors import thread_count
 from tilesnav_ref.scene.model import Scene
@@ -111,6 +113,54 @@ def _buckets_around(scene: Scene, domain: NDArray[np.int64], sizes: GridSizes) -
     return make_buckets(np.ascontiguousarray(corners[near]), box, 4 * sizes.min_size)
 
 
+def _mission(
+    scene: Scene, settings: CellSettings, sizes: GridSizes, ground: Ground
+) -> Mission | GroundMission:
+    if settings.mission == "ground":
+        return GroundMission(scene, settings, sizes, ground)
+    return Mission(settings, sizes, scene.step, ground)
+
+
+def _mission_cells(
+    buckets: FaceBuckets,
+    roots: NDArray[np.int64],
+    mission: Mission | GroundMission,
+    context: tuple[CellSettings, GridSizes, float],
+    progress: Progress | None,
+) -> NDArray[np.int64]:
+    """Free boxes of a mission, merged within each sector; with sectors, progress counts their roots."""
+    settings, sizes, step = context
+    walls = buckets if sizes.clearance == 0 else None
+    done = 0
+
+    def divide(part: NDArray[np.int64]) -> NDArray[np.int64]:
+        nonlocal done
+        boxes = _free_boxes(buckets, part, sizes, settings, progress if sizes.sector == 0 else None)
+        if settings.method == "boxes":
+            boxes = merge_boxes(boxes, sizes.max_size, walls)
+        done += len(part)
+        if progress is not None and sizes.sector:
+            progress(done, len(roots))
+        return boxes
+
+    boxes = sector_by_sector(roots, sizes.sector, divide)
+    if len(boxes) == 0:
+        domain = np.stack((roots[:, 0].min(axis=0), roots[:, 1].max(axis=0)))
+        raise CellError(
+            f"no free space: no box of {sizes.min_size * step} m with a clearance of "
+            f"{sizes.clearance * step} m fits into the domain {(domain * step).tolist()} m"
+        )
+    return boxes[mission.keep(boxes)] if isinstance(mission, Mission) else boxes
+
+
+def _kinds(
+    boxes: NDArray[np.int64], buckets: FaceBuckets, settings: CellSettings, sizes: GridSizes
+) -> NDArray[np.uint8]:
+    if settings.mission == "ground":
+        return np.full(len(boxes), KIND_GROUND, np.uint8)
+    return cell_kinds(boxes, buckets, sizes.ground_height, settings.ground_slope)
+
+
 def decompose(
     scene: Scene, settings: CellSettings | None = None, progress: Progress | None = None
 ) -> CellComplex:
@@ -147,38 +197,35 @@ def decompose(
     settings = settings or CellSettings()
     sizes = grid_sizes(settings, scene.step)
     ground = scene_ground(scene, settings)
-    mission = Mission(settings, sizes, scene.step, ground)
+    mission = _mission(scene, settings, sizes, ground)
     domain = make_domain(scene, settings, sizes, ground)
     buckets = _buckets_around(scene, domain, sizes)
     roots = make_roots(domain, sizes, settings.max_cells)
     roots = mission.roots(roots_around(roots, sizes.sector, settings.sector, scene.step))
     domain = np.stack((roots[:, 0].min(axis=0), roots[:, 1].max(axis=0)))
-    boxes = _free_boxes(buckets, roots, sizes, settings, progress)
-    if len(boxes) == 0:
-        raise CellError(
-            f"no free space: no box of {sizes.min_size * scene.step} m with a clearance of "
-            f"{sizes.clearance * scene.step} m fits into the domain {(domain * scene.step).tolist()} m"
-        )
+    boxes = _mission_cells(buckets, roots, mission, (settings, sizes, scene.step), progress)
     walls = buckets if sizes.clearance == 0 else None
-    if settings.method == "boxes":
-        boxes = merge_within(boxes, sizes.sector, lambda part: merge_boxes(part, sizes.max_size, walls))
-    boxes = boxes[mission.keep(boxes)]
     contacts = open_contacts(find_contacts(boxes), walls)
-    starts = start_cells(boxes, mission, roots, buckets, (settings, sizes, scene.step))
     places = sector_places(boxes[:, 0], sizes.sector)
-    boxes = boxes[connected_within(contacts.pairs, starts, places) & only_sector(places, settings.sector)]
-    if len(boxes) == 0:
+    if isinstance(mission, GroundMission):
+        cells = (box_corners(boxes[:, 0], boxes[:, 1]), boxes)
+        kept, contacts = mission.choose(cells, contacts, buckets, places, scene.step)
+    else:
+        starts = start_cells(boxes, mission, roots, buckets, (settings, sizes, scene.step))
+        kept = connected_within(contacts.pairs, starts, places)
+    chosen = np.flatnonzero(kept & only_sector(places, settings.sector))
+    if len(chosen) == 0:
         raise CellError(f"no free space: no cell is in sector {settings.sector}; allowed: another sector")
-    order, sector_offsets = sector_order(boxes, sizes.sector, spatial_order)
-    boxes = boxes[order]
-    contacts = open_contacts(find_contacts(boxes), walls)
+    order, sector_offsets = sector_order(boxes[chosen], sizes.sector, spatial_order)
+    contacts = contacts.renumbered(chosen[order], len(boxes))
+    boxes = boxes[chosen[order]]
     offsets, targets, polygons = portal_table(contacts, len(boxes))
     coverage, bands = measure_coverage(boxes, buckets, domain, mission, (settings, sizes, scene.step))
     _LOG.info("%d cells, %d portals, coverage %.4f", len(boxes), len(targets), coverage)
     return CellComplex(
         lower=np.ascontiguousarray(boxes[:, 0]),
         upper=np.ascontiguousarray(boxes[:, 1]),
-        kinds=cell_kinds(boxes, buckets, sizes.ground_height, settings.ground_slope),
+        kinds=_kinds(boxes, buckets, settings, sizes),
         portal_offsets=offsets,
         portal_targets=targets,
         portal_polygons=polygons,

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from tilesnav_ref.cells.buckets import FaceBuckets
 from tilesnav_ref.cells.coverage import flood_from_points, locate_points, reachable_points
 from tilesnav_ref.cells.domain import GridSizes
+from tilesnav_ref.cells.driving import GroundMission
 from tilesnav_ref.cells.flood import CLEAR, REACHED, VoxelFlood, clear_voxels, spread
-from tilesnav_ref.cells.mission import Mission, draw_points
+from tilesnav_ref.cells.mission import Mission
 from tilesnav_ref.cells.model import HeightBand
 from tilesnav_ref.cells.selection import line_seeds, open_sky, seed_points
 from tilesnav_ref.cells.settings import CellSettings
@@ -20,6 +21,10 @@ from tilesnav_ref.cells.settings import CellSettings
 HEIGHTS = (0.0, 5.0, 10.0, 20.0, 40.0, math.inf)
 """Borders of the bands, m: street level, first floors, eaves, roofs, and what is above them."""
 
+_SAMPLES = 32
+"""Most rounds of random points for a coverage: below one thirtieth of the domain, fewer points are used."""
+
+Space = Mission | GroundMission
 Context = tuple[CellSettings, GridSizes, float]
 
 
@@ -27,7 +32,7 @@ def measure_coverage(
     boxes: NDArray[np.int64],
     buckets: FaceBuckets,
     domain: NDArray[np.int64],
-    mission: Mission,
+    mission: Space,
     context: Context,
 ) -> tuple[float, tuple[HeightBand, ...]]:
     """Share of the points a mission asks for that lie in a box (B, 2, 3), of those free and reachable.
@@ -39,7 +44,7 @@ def measure_coverage(
     """
     settings, sizes, step = context
     flood = _flood(buckets, domain, mission, context)
-    points = draw_points(_asked(domain, settings, sizes), settings, mission)
+    points = _draw_points(_asked(domain, settings, sizes), settings, mission)
     points = points[reachable_points(buckets, flood, points, sizes.clearance)]
     covered = locate_points(boxes, points) >= 0
     heights = mission.heights(points) * step
@@ -62,7 +67,7 @@ def _asked(domain: NDArray[np.int64], settings: CellSettings, sizes: GridSizes) 
     return asked
 
 
-def _flood(buckets: FaceBuckets, domain: NDArray[np.int64], mission: Mission, context: Context) -> VoxelFlood:
+def _flood(buckets: FaceBuckets, domain: NDArray[np.int64], mission: Space, context: Context) -> VoxelFlood:
     """Voxels that are reached from the sky, the seeds or the line of a corridor; all with interiors."""
     settings, sizes, step = context
     flood = clear_voxels(buckets, domain, sizes.min_size // 4, sizes.clearance)
@@ -71,7 +76,7 @@ def _flood(buckets: FaceBuckets, domain: NDArray[np.int64], mission: Mission, co
         states[states == CLEAR] = REACHED
     elif settings.seeds != "sky":
         flood_from_points(flood, buckets, seed_points(settings, domain, step), sizes.clearance)
-    elif settings.mission == "corridor":
+    elif settings.mission == "corridor" and isinstance(mission, Mission):
         flood_from_points(flood, buckets, line_seeds(mission, buckets, sizes.clearance), sizes.clearance)
     else:
         tops = np.argwhere(states[:, :, -1] == CLEAR)
@@ -81,3 +86,17 @@ def _flood(buckets: FaceBuckets, domain: NDArray[np.int64], mission: Mission, co
         )
         spread(states, starts[open_sky(columns, buckets, sizes.clearance)])
     return flood
+
+
+def _draw_points(domain: NDArray[np.int64], settings: CellSettings, mission: Space) -> NDArray[np.int64]:
+    """Random points (P, 3) of the domain that a mission asks for; about coverage_points, fewer where they are
+    rare."""
+    rng = np.random.default_rng(settings.coverage_seed)
+    drawn, total = [], 0
+    for _ in range(_SAMPLES):
+        points = rng.integers(domain[0], domain[1], size=(settings.coverage_points, 3), endpoint=True)
+        drawn.append(points[mission.holds(points)])
+        total += len(drawn[-1])
+        if total >= settings.coverage_points:
+            break
+    return np.concatenate(drawn)[: settings.coverage_points]

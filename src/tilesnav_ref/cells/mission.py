@@ -6,8 +6,8 @@ Notes
   from the lowest ground below it and the lower end from the highest, so that no point of a cell is above
   altitude_max or below altitude_min over the ground straight below. Where that would cost more height
   than the smallest cell, the root is halved in plan.
-* ``corridor``: the same, and only roots that a tube around a line meets. Cells are kept when their bounds meet
-  the tube; all free space of the tube within the band is in some root.
+* ``corridor``: the same, and only roots that a tube around a line meets. Cells are kept when their bounds
+  meet the tube; all free space of the tube within the band is in some root.
 * ``ground``: see standing.py.
 
 Voxels are not narrowed: those that do not fit are left out.
@@ -26,9 +26,6 @@ from tilesnav_ref.cells.domain import AIRSPACE_TOP, GridSizes
 from tilesnav_ref.cells.settings import CellError, CellSettings
 from tilesnav_ref.cells.terrain import Ground
 from tilesnav_ref.cells.tube import boxes_in_tube, points_in_tube
-
-_SAMPLES = 32
-"""Most rounds of random points for a coverage: below one thirtieth of the domain, fewer points are used."""
 
 
 class Mission:
@@ -152,17 +149,3 @@ def touches_top(bounds: NDArray[np.int64], roots: NDArray[np.int64]) -> NDArray[
             points[:, 2] = bounds[:, 1, 2] + 1
             result |= locate_points(roots, points) < 0
     return result
-
-
-def draw_points(domain: NDArray[np.int64], settings: CellSettings, mission: Mission) -> NDArray[np.int64]:
-    """Random points (P, 3) of the domain that a mission asks for; about coverage_points, fewer where they are
-    rare."""
-    rng = np.random.default_rng(settings.coverage_seed)
-    drawn, total = [], 0
-    for _ in range(_SAMPLES):
-        points = rng.integers(domain[0], domain[1], size=(settings.coverage_points, 3), endpoint=True)
-        drawn.append(points[mission.holds(points)])
-        total += len(drawn[-1])
-        if total >= settings.coverage_points:
-            break
-    return np.concatenate(drawn)[: settings.coverage_points]

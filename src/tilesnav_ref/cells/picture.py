@@ -147,7 +147,11 @@ class _Colours:
 
     def bar(self, figure: Any) -> None:
         figure.colorbar(
-            self._mappable, ax=figure.axes, shrink=0.6, pad=0.02, label="middle of the cell, z in m"
+            self._mappable,
+            ax=figure.axes,
+            shrink=0.6,
+            pad=0.04,
+            label="height of the middle of a cell, z in m",
         )
 
 
@@ -157,7 +161,12 @@ def _plan(axes: Any, view: View, colours: _Colours) -> None:
 
     size = _dot_sizes(view)
     low_first = np.argsort(view.heights, kind="stable")
-    axes.add_collection(PolyCollection(view.faces[:, :, :2], facecolors="0.82", edgecolors="none"))
+    tops = view.faces[:, :, 2].max(axis=1)
+    order = np.argsort(tops, kind="stable")
+    greys = _greys(0.92 - 0.42 * (tops[order] - tops.min()) / max(float(np.ptp(tops)), 1.0))
+    axes.add_collection(
+        PolyCollection(view.faces[order, :, :2], facecolors=greys, edgecolors=greys, linewidths=0.2)
+    )
     top = view.sides[low_first, 5, :, :2]
     axes.add_collection(
         PolyCollection(
@@ -188,13 +197,7 @@ def _perspective(axes: Any, view: View, colours: _Colours) -> None:
 
     size = _dot_sizes(view)
     axes.add_collection3d(
-        Poly3DCollection(
-            view.faces,
-            facecolors=(0.6, 0.6, 0.6, 0.9),
-            edgecolors=(0.4, 0.4, 0.4, 0.3),
-            linewidths=0.1,
-            zorder=1,
-        )
+        Poly3DCollection(view.faces, facecolors=_shades(view.faces), edgecolors="none", zorder=1)
     )
     sides = view.sides.reshape(-1, 4, 3)
     axes.add_collection3d(
@@ -221,6 +224,17 @@ def _perspective(axes: Any, view: View, colours: _Colours) -> None:
     axes.set_zlabel("z, m")
 
 
+def _greys(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.repeat(values[:, None], 3, axis=1)
+
+
+def _shades(faces: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Greys of faces lit from the upper left, both sides alike."""
+    normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    return _greys(0.45 + 0.45 * np.abs(normals @ np.array((-0.35, -0.45, 0.82))))
+
+
 def _dot_sizes(view: View) -> tuple[float, float, float]:
     """Line width of cells and of portals, and size of dots, in points: thinner the more there are."""
     share = min(1.0, (200.0 / max(len(view.heights), 1)) ** 0.5)
@@ -232,9 +246,9 @@ def _legend(axes: Any) -> None:
     from matplotlib.patches import Patch  # noqa: PLC0415 - an extra
 
     entries = (
-        Patch(facecolor="0.82", label="faces of the scene"),
+        Patch(facecolor="0.7", label="faces of the scene, darker where higher"),
         Patch(facecolor=(0.3, 0.6, 0.5, 0.3), edgecolor=(0.1, 0.2, 0.4, 0.6), label="cell"),
         Line2D([], [], color="black", marker="o", markersize=3, linestyle="none", label="middle of a cell"),
         Line2D([], [], color=(0.85, 0.2, 0.1), label="way through a portal"),
     )
-    axes.legend(handles=entries, loc="upper left", bbox_to_anchor=(0.0, -0.08), ncols=4, frameon=False)
+    axes.legend(handles=entries, loc="upper left", bbox_to_anchor=(0.0, -0.08), ncols=2, frameon=False)

@@ -33,6 +33,14 @@ class Contacts:
         """The contacts that are kept."""
         return Contacts(self.pairs[keep], self.rectangles[keep], self.axes[keep])
 
+    def renumbered(self, order: NDArray[np.int64], count: int) -> Contacts:
+        """The contacts between the boxes (N,) of an order, with their places in it; count is that of all."""
+        place = np.full(count, -1, np.int64)
+        place[order] = np.arange(len(order))
+        pairs = place[self.pairs]
+        keep = np.all(pairs >= 0, axis=1)
+        return Contacts(pairs[keep], self.rectangles[keep], self.axes[keep])
+
 
 @kernel
 def _sweep(

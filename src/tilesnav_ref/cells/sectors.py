@@ -58,16 +58,16 @@ def only_sector(places: NDArray[np.int64], sector: tuple[int, int] | None) -> ND
     return np.ones(len(places), np.bool_) if sector is None else np.all(places == sector, axis=1)
 
 
-def merge_within(
-    cells: NDArray[np.int64], size: int, merge: Callable[[NDArray[np.int64]], NDArray[np.int64]]
+def sector_by_sector(
+    roots: NDArray[np.int64], size: int, divide: Callable[[NDArray[np.int64]], NDArray[np.int64]]
 ) -> NDArray[np.int64]:
-    """Merge cells (N, K, 3), K points that bound each, sector by sector."""
-    if size == 0 or len(cells) == 0:
-        return merge(cells)
-    numbers = _numbers(sector_places(cells.min(axis=1), size))
+    """Divide roots (R, 2, 3) into cells, sector by sector; ``divide`` makes the cells of one sector."""
+    if size == 0:
+        return divide(roots)
+    numbers = _numbers(sector_places(roots[:, 0], size))
     order = np.argsort(numbers, kind="stable")
-    parts = np.split(cells[order], np.flatnonzero(np.diff(numbers[order])) + 1)
-    return np.concatenate([merge(np.ascontiguousarray(part)) for part in parts])
+    parts = np.split(roots[order], np.flatnonzero(np.diff(numbers[order])) + 1)
+    return np.concatenate([divide(np.ascontiguousarray(part)) for part in parts])
 
 
 def connected_within(

@@ -32,7 +32,7 @@ class CellSettings:
     """Upper end of the cells above the ground, m; None: the lower of 152.4 m (500 ft) above the ground and
     ``max_size`` above the highest point of the scene in the region."""
     altitude_above: Literal["ground", "lowest"] = "ground"
-    """What altitudes count from: the ground straight below, or the lowest point of the faces in the region."""
+    """What altitudes count from: the ground straight below, or the lowest point in the region."""
     corridor: tuple[Point, ...] = ()
     """Points of the line that mission "corridor" follows, m, nav frame."""
     corridor_radius: float = 10.0
@@ -107,6 +107,11 @@ class CellSettings:
             raise CellError(f"altitude_above is {self.altitude_above!r}; allowed: 'ground', 'lowest'")
         if self.mission == "ground" and self.ground_height <= 0.0:
             raise CellError(f"ground_height is {self.ground_height} m; mission ground needs more than 0")
+        if self.mission == "ground" and (self.altitude_min, self.altitude_max) != (0.0, None):
+            raise CellError(
+                f"mission is ground with altitudes {self.altitude_min} and {self.altitude_max} m; allowed: "
+                "ground_height alone"
+            )
         if (self.mission == "corridor") != bool(self.corridor):
             raise CellError(
                 f"mission is {self.mission!r} and corridor has {len(self.corridor)} points; "
@@ -133,5 +138,6 @@ class CellSettings:
         largest = self.voxel_size if self.method == "voxel" else self.max_size
         if not largest <= self.sector_size < float("inf"):
             raise CellError(
-                f"sector_size is {self.sector_size} m; allowed: finite and at least the largest cell, {largest} m"
+                f"sector_size is {self.sector_size} m; allowed: finite and at least {largest} m, the largest "
+                "cell"
             )

@@ -107,7 +107,7 @@ def find_ground(
     chosen = corners if terrain is None else corners[terrain]
     low, high = column_heights(np.ascontiguousarray(chosen), plan[0], size, (int(shape[0]), int(shape[1])))
     found = low != EMPTY
-    own = found if terrain is not None else found & _level_patches(low, found, size)
+    own = found if terrain is not None else found & level_patches(low, low, found, size)
     if not np.any(own):
         low[:], high[:] = corners[:, :, 2].min(), corners[:, :, 2].min()
     else:
@@ -125,14 +125,32 @@ def level_ground(corners: NDArray[np.int64], plan: NDArray[np.int64]) -> Ground:
     return Ground(plan[0].copy(), int((plan[1] - plan[0]).max()), height, height, np.ones((1, 1), np.bool_))
 
 
-def _level_patches(low: NDArray[np.int64], found: NDArray[np.bool_], join: int) -> NDArray[np.bool_]:
-    """Columns of patches that are not raised; (nx, ny) bool."""
+def level_patches(
+    low: NDArray[np.int64], high: NDArray[np.int64], found: NDArray[np.bool_], join: int
+) -> NDArray[np.bool_]:
+    """Columns of patches that are not raised.
+
+    Parameters
+    ----------
+    low, high
+        (nx, ny) heights of the surface of each column.
+    found
+        (nx, ny) columns that have one.
+    join
+        Neighbours belong to one patch where the gap between their heights is at most this.
+
+    Returns
+    -------
+    ndarray
+        (nx, ny) bool.
+    """
     numbers = np.arange(low.size).reshape(low.shape)
     along_x, along_y = found[:-1] & found[1:], found[:, :-1] & found[:, 1:]
     first = np.concatenate((numbers[:-1][along_x], numbers[:, :-1][along_y]))
     second = np.concatenate((numbers[1:][along_x], numbers[:, 1:][along_y]))
     drop = low.ravel()[first] - low.ravel()[second]
-    level = np.abs(drop) <= join
+    gap = np.maximum(low.ravel()[first] - high.ravel()[second], low.ravel()[second] - high.ravel()[first])
+    level = gap <= join
     links = coo_array(
         (np.ones(int(level.sum()), np.int8), (first[level], second[level])), shape=(low.size, low.size)
     )

@@ -65,7 +65,7 @@ def sector(text: str) -> tuple[int, int]:
 
 
 def line(text: str) -> tuple[tuple[float, ...], ...]:
-    """Points of a line: X,Y,Z;X,Y,Z;..., or a file, .json with a list of triples or .csv with three columns."""
+    """Points of a line: X,Y,Z;X,Y,Z;..., or a .json list of triples, or a .csv of three columns."""
     path = Path(text)
     if ";" in text or path.suffix.lower() not in (".json", ".csv"):
         return tuple(numbers(3)(point) for point in text.split(";") if point.strip())
