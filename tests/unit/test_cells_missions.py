@@ -94,7 +94,9 @@ def test_hole_in_the_ground_takes_the_lowest_ground_beside_it() -> None:
     over_hole = (cells.lower[:, 0] * STEP >= 24.0) & (cells.upper[:, 0] * STEP <= 40.0)
     assert np.any(over_hole)
     assert cells.upper[over_hole, 2].max() * STEP <= 24.0
-    named = decompose(scene_of(np.concatenate((low, high)), terrain=0), dataclasses.replace(AIR, max_size=8.0))
+    named = decompose(
+        scene_of(np.concatenate((low, high)), terrain=0), dataclasses.replace(AIR, max_size=8.0)
+    )
     assert named.upper[:, 2].max() * STEP == 34.0  # the upper ground is ground when it is named
 
 
@@ -142,7 +144,9 @@ def test_slope_that_is_too_steep_splits_the_ground() -> None:
 @pytest.mark.parametrize(("rise", "climbed"), [(0.25, True), (0.5, False)])
 def test_step_that_is_too_high_splits_the_ground(rise: float, climbed: bool) -> None:
     scene = scene_of(
-        rectangle((0, 16), (0, 32), (0, 0)), wall(16, (0, 32), (0, rise)), rectangle((16, 32), (0, 32), (rise, rise))
+        rectangle((0, 16), (0, 32), (0, 0)),
+        wall(16, (0, 32), (0, rise)),
+        rectangle((16, 32), (0, 32), (rise, rise)),
     )
     cells = decompose(scene, dataclasses.replace(GROUND, seeds=((4.0, 4.0, 1.0),)))
     assert (holders(cells, (24.03, 16.03, 2.03)).size == 1) == climbed
@@ -197,7 +201,9 @@ def test_corridor_cells_meet_the_tube_and_cover_it() -> None:
             gap = np.linalg.norm(np.maximum(np.maximum(low - place, place - high), 0), axis=1)
             nearest = np.minimum(nearest, gap)
             point = place + rng.normal(size=3) * 1.5
-            if np.linalg.norm(point - place) < 5.0 and not (18 < point[0] < 30 and point[1] < 22 and point[2] < 16):
+            if np.linalg.norm(point - place) < 5.0 and not (
+                18 < point[0] < 30 and point[1] < 22 and point[2] < 16
+            ):
                 free += 1
                 inside = np.any(np.all((low <= point) & (point <= high), axis=1))
                 assert inside, point

@@ -2,8 +2,9 @@
 
 Notes
 -----
-A node is a cell with a stand straight below it: the stand begins no higher than the cell's lower side over
-the column, and the cell's upper side is no higher than the given height above the stand. Two nodes are
+A node is a cell with a stand straight below it: the highest stand of a column that begins no higher than the
+cell's lower side does, with nothing between them, and with the cell's upper side no higher than the given
+height above it. Two nodes are
 linked when they are in the same or in neighbouring columns, no gap between their heights is higher than the
 step, and they belong to the same cell or to two cells that touch there. So a link is a way along the ground
 through free space.
@@ -16,11 +17,13 @@ M. Mononen, "Navigation mesh generation via voxelization and watershed partition
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tilesnav_ref.cells.buckets import FaceBuckets, boxes_with_faces
 from tilesnav_ref.cells.standing import Stands, column_range
 from tilesnav_ref.kernels import kernel
 
@@ -55,23 +58,21 @@ def _height(cell: NDArray[np.int64], side: int, place: tuple[int, int]) -> float
 
 
 @kernel
-def _carries(
-    cell: NDArray[np.int64], column: tuple[int, int, int], stand: tuple[int, int], height: int
-) -> bool:
-    """Whether a stand (low, high) in a column (x, y, size) is below a cell (8, 3)."""
+def _ends(cell: NDArray[np.int64], column: tuple[int, int, int]) -> tuple[int, int]:
+    """Highest point of the lower side of a cell (8, 3) over a column (x, y, size), and lowest of the upper."""
     x, y, size = column
     floor, top = _height(cell, 0, (x, y)), _height(cell, 4, (x, y))
     for corner in range(1, 4):
         place = (x + (corner & 1) * size, y + (corner >> 1) * size)
         floor, top = max(floor, _height(cell, 0, place)), min(top, _height(cell, 4, place))
-    return bool(stand[0] <= floor and top <= stand[1] + height)
+    return math.ceil(floor), math.floor(top)
 
 
 @kernel
 def _visit_nodes(
     corners: NDArray[np.int64], frame: Frame, table: Table, height: int, nodes: NDArray[np.int64]
 ) -> int:
-    """Count (nodes empty) or write cell and stand of every node."""
+    """Count (nodes empty) or write cell, stand, column and lower end of the cell there of every node."""
     origin, size, shape = frame
     offsets, low, high = table
     count, store = 0, len(nodes) > 0
@@ -81,13 +82,39 @@ def _visit_nodes(
         j0, j1 = column_range(cell[:, 1].min(), cell[:, 1].max(), origin[1], size, shape[1])
         for i in range(i0, i1 + 1):
             for j in range(j0, j1 + 1):
-                column = (origin[0] + i * size, origin[1] + j * size, size)
-                for s in range(offsets[i * shape[1] + j], offsets[i * shape[1] + j + 1]):
-                    if _carries(cell, column, (low[s], high[s]), height):
-                        if store:
-                            nodes[count, 0], nodes[count, 1] = c, s
-                        count += 1
+                column = i * shape[1] + j
+                floor, top = _ends(cell, (origin[0] + i * size, origin[1] + j * size, size))
+                s = offsets[column + 1] - 1
+                while s >= offsets[column] and low[s] > floor:
+                    s -= 1
+                if s >= offsets[column] and top <= high[s] + height:
+                    if store:
+                        nodes[count, 0], nodes[count, 1], nodes[count, 2], nodes[count, 3] = (
+                            c,
+                            s,
+                            column,
+                            floor,
+                        )
+                    count += 1
     return count
+
+
+def _free_nodes(
+    corners: NDArray[np.int64], nodes: NDArray[np.int64], stands: Stands, space: tuple[FaceBuckets, int]
+) -> NDArray[np.bool_]:
+    """Which nodes (N, 4) have nothing between the stand and the cell; (N,) bool. ``space`` is faces and the
+    clearance, within which of a cell no face is."""
+    buckets, clearance = space
+    cells, high = corners[nodes[:, 0]], stands.high[nodes[:, 1]]
+    gaps = np.stack((cells.min(axis=1), cells.max(axis=1)), axis=1)
+    place = stands.origin + np.column_stack(np.divmod(nodes[:, 2], stands.shape[1])) * stands.size
+    gaps[:, 0, :2] = np.maximum(gaps[:, 0, :2], place)
+    gaps[:, 1, :2] = np.minimum(gaps[:, 1, :2], place + stands.size)
+    gaps[:, 0, 2], gaps[:, 1, 2] = high, nodes[:, 3]
+    asked = np.flatnonzero(nodes[:, 3] > high + clearance)
+    free = np.ones(len(nodes), np.bool_)
+    free[asked] = ~boxes_with_faces(buckets, gaps[asked])
+    return free
 
 
 @kernel
@@ -170,6 +197,7 @@ def climb_graph(
     contacts: tuple[NDArray[np.int64], NDArray[np.int64]],
     stands: Stands,
     limits: tuple[int, int],
+    space: tuple[FaceBuckets, int],
 ) -> ClimbGraph:
     """Find nodes and links.
 
@@ -183,15 +211,17 @@ def climb_graph(
         Where vehicles stand.
     limits
         Height of a cell's upper side above a stand, and step, grid steps.
+    space
+        Faces, and the clearance of the cells, grid steps.
     """
     frame = (stands.origin, stands.size, stands.shape)
     table = (stands.offsets, stands.low, stands.high)
     corners = np.ascontiguousarray(corners)
-    nodes = np.empty(
-        (_visit_nodes(corners, frame, table, limits[0], np.empty((0, 2), np.int64)), 2), np.int64
-    )
-    if len(nodes):
+    count = _visit_nodes(corners, frame, table, limits[0], np.empty((0, 4), np.int64))
+    nodes = np.empty((count, 4), np.int64)
+    if count:
         _visit_nodes(corners, frame, table, limits[0], nodes)
+        nodes = nodes[_free_nodes(corners, nodes, stands, space)]
     starts = np.searchsorted(nodes[:, 0], np.arange(len(corners) + 1)).astype(np.int64)
     graph = (starts, np.ascontiguousarray(nodes[:, 1]), stands.column)
     count = _visit_links(graph, contacts, frame, table, limits[1], np.empty((0, 3), np.int64))

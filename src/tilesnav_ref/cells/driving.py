@@ -3,9 +3,9 @@
 Notes
 -----
 Roots follow the stands (standing.py), and a cell is kept when a vehicle can stand below it and comes there
-along the ground, from cell to cell (climb.py): from the ground under the open sky, or from the cells that hold the
-seeds. Portals that only something that flies could pass, such as that above the edge of a terrace, are left
-out.
+along the ground, from cell to cell (climb.py): from the ground under the open sky, or from the cells that
+hold the seeds. Portals that only something that flies could pass, such as that above the edge of a terrace,
+are left out.
 
 Ground to start from is the lowest stand of a column where it is near the ground of terrain.py and its patch
 (of columns whose stands join within one step) does not drop on half of its border, so neither a roof nor a
@@ -60,7 +60,7 @@ class GroundMission:
                 f"ground_height is {self._settings.ground_height} m; mission ground needs min_size and "
                 f"clearance at least, {self._settings.min_size} + {self._settings.clearance} m"
             )
-        found = ground_roots(roots, self._stands, sizes.ground_height, sizes.min_size)
+        found = ground_roots(roots, self._stands, (sizes.ground_height, sizes.min_size, sizes.clearance))
         found[:, 1, 2] = np.minimum(found[:, 1, 2], roots[:, 1, 2].max())
         found = found[
             (found[:, 0, 2] >= roots[:, 0, 2].min()) & (found[:, 1, 2] - found[:, 0, 2] >= sizes.min_size)
@@ -101,7 +101,8 @@ class GroundMission:
             A vehicle comes to no cell.
         """
         limits = self._sizes.ground_height, self._step
-        graph = climb_graph(cells[0], (contacts.pairs, contacts.rectangles), self._stands, limits)
+        where = (contacts.pairs, contacts.rectangles)
+        graph = climb_graph(cells[0], where, self._stands, limits, (buckets, self._sizes.clearance))
         starts = self._starts(graph, cells, buckets, step)
         if not np.any(starts):
             raise CellError(

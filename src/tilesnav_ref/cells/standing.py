@@ -24,6 +24,8 @@ from tilesnav_ref.kernels import kernel
 
 COLUMN_LIMIT = 1 << 24
 """Most columns; their edge is doubled to stay below. 128 MiB of offsets."""
+RELIEF = 4
+"""Tiles are halved where the ground under them differs by more than this part of the height of a cell."""
 
 
 @dataclass(frozen=True)
@@ -176,29 +178,48 @@ def _levels(
 
 
 @kernel
-def tile_roots(
+def _floor(
+    box: NDArray[np.int64],
+    frame: tuple[NDArray[np.int64], int, tuple[int, int]],
+    table: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]],
+    lows: tuple[int, int],
+) -> int:
+    """Highest end of the stands under a tile that begin in a range of heights; its least without any."""
+    origin, size, shape = frame
+    offsets, low, high = table
+    i0, i1 = column_range(box[0, 0], box[1, 0], origin[0], size, shape[0])
+    j0, j1 = column_range(box[0, 1], box[1, 1], origin[1], size, shape[1])
+    result = lows[0]
+    for i in range(i0, i1 + 1):
+        for j in range(j0, j1 + 1):
+            for s in range(offsets[i * shape[1] + j], offsets[i * shape[1] + j + 1]):
+                if lows[0] <= low[s] <= lows[1]:
+                    result = max(result, high[s])
+    return result
+
+
+@kernel
+def _tile_roots(
     tiles: NDArray[np.int64],
     frame: tuple[NDArray[np.int64], int, tuple[int, int]],
-    table: tuple[NDArray[np.int64], NDArray[np.int64]],
+    table: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]],
     sizes: tuple[int, int, int],
     found: NDArray[np.int64],
 ) -> int:
     """Roots of the tiles (T, 2, 3), one for every storey under each; only counted where found is empty.
 
-    ``sizes`` are the height of a root, the relief that it may stand on, and the smallest edge of a tile. A
-    tile with more relief is halved along its longer side; the smallest tiles take a storey for every such
-    relief, which ends where the next begins.
+    ``sizes`` are the height of the cells, the smallest edge of a tile, and the clearance.
     """
-    height, tolerance, smallest = sizes
-    room = np.empty(max(len(table[1]), 1), np.int64)
-    stack = np.empty((64, 2, 3), np.int64)
+    height, smallest, clearance = sizes
+    tolerance, most = height // RELIEF, height - smallest - clearance
+    room, stack = np.empty(max(len(table[1]), 1), np.int64), np.empty((64, 2, 3), np.int64)
     count, store = 0, len(found) > 0
     for t in range(len(tiles)):
         stack[0], top = tiles[t], 1
         while top > 0:
             top -= 1
             box = stack[top].copy()
-            levels, relief = _levels(box, frame, table, height, room)
+            levels, relief = _levels(box, frame, (table[0], table[1]), height, room)
             axis = 0 if box[1, 0] - box[0, 0] >= box[1, 1] - box[0, 1] else 1
             if relief > tolerance and box[1, axis] - box[0, axis] >= 2 * smallest:
                 middle = (box[0, axis] + box[1, axis]) >> 1
@@ -207,20 +228,23 @@ def tile_roots(
                 stack[top + 1, 0, axis] = middle
                 top += 2
                 continue
-            if relief > tolerance:
-                levels, relief = _levels(box, frame, table, tolerance + 1, room)
+            if relief > most:
+                levels, relief = _levels(box, frame, (table[0], table[1]), tolerance + 1, room)
             for s in range(levels):
                 if store:
-                    found[count] = box
-                    found[count, 0, 2] = room[s]
-                    found[count, 1, 2] = room[s] + height
-                    if s + 1 < levels:
-                        found[count, 1, 2] = min(found[count, 1, 2], room[s + 1])
+                    found[count], end = box, room[s] + height
+                    box[0] -= clearance
+                    box[1] += clearance
+                    lows = (room[s] - tolerance, room[s] + max(relief, tolerance))
+                    found[count, 0, 2] = max(room[s], _floor(box, frame, table, lows)) + clearance
+                    found[count, 1, 2] = min(end, room[s + 1]) if s + 1 < levels else end
+                    box[0] += clearance
+                    box[1] -= clearance
                 count += 1
     return count
 
 
-def ground_roots(roots: NDArray[np.int64], stands: Stands, height: int, smallest: int) -> NDArray[np.int64]:
+def ground_roots(roots: NDArray[np.int64], stands: Stands, sizes: tuple[int, int, int]) -> NDArray[np.int64]:
     """Roots over the stands.
 
     Parameters
@@ -229,25 +253,25 @@ def ground_roots(roots: NDArray[np.int64], stands: Stands, height: int, smallest
         (R, 2, 3) roots of the domain; their plans are the tiles.
     stands
         Where vehicles stand.
-    height
-        Of the cells above the lowest stand of their storey, grid steps.
-    smallest
-        Smallest edge of a cell, grid steps.
+    sizes
+        Height of the cells above the lowest stand of their storey, smallest edge of a cell, and clearance,
+        grid steps.
 
     Returns
     -------
     ndarray
-        (R', 2, 3) int64, disjoint. A root begins at the lowest of the stands of its storey and ends
-        ``height`` above it, so no point of it is higher than that above any of them. Where the stands differ
-        by more than a quarter of the height, tiles are halved down to the smallest edge.
+        (R', 2, 3) int64, disjoint. A root ends ``height`` above the lowest stand of its storey, so that no
+        point of it is higher than that above any of them, and begins at the clearance above the highest one,
+        so that roots along a slope touch. Where the stands differ by more than a quarter of the height, tiles
+        are halved down to the smallest edge; a smallest tile whose stands leave no room for a cell takes a
+        storey for every quarter.
     """
     plans = roots.copy()
     plans[:, :, 2] = 0
     tiles = np.unique(plans.reshape(-1, 6), axis=0).reshape(-1, 2, 3)
-    frame, table = (stands.origin, stands.size, stands.shape), (stands.offsets, stands.low)
-    sizes = height, height // 4, smallest
-    count = tile_roots(tiles, frame, table, sizes, np.empty((0, 2, 3), np.int64))
+    frame, table = (stands.origin, stands.size, stands.shape), (stands.offsets, stands.low, stands.high)
+    count = _tile_roots(tiles, frame, table, sizes, np.empty((0, 2, 3), np.int64))
     found = np.empty((count, 2, 3), np.int64)
     if count:
-        tile_roots(tiles, frame, table, sizes, found)
-    return found[found[:, 1, 2] - found[:, 0, 2] >= smallest]
+        _tile_roots(tiles, frame, table, sizes, found)
+    return found[found[:, 1, 2] - found[:, 0, 2] >= sizes[1]]
