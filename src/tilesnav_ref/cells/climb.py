@@ -2,8 +2,8 @@
 
 Notes
 -----
-A node is a cell with a stand straight below it: the highest stand of a column that begins no higher than the
-cell's lower side does, with nothing between them, and with the cell's upper side no higher than the given
+A node is a cell with a stand straight below it: the highest stand of a column that begins no higher than
+the cell's lower side does, with nothing between them, and with the cell's upper side no higher than the given
 height above it. Two nodes are
 linked when they are in the same or in neighbouring columns, no gap between their heights is higher than the
 step, and they belong to the same cell or to two cells that touch there. So a link is a way along the ground

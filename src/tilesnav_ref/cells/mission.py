@@ -5,7 +5,7 @@ Notes
 * ``aerial``: the band from altitude_min to altitude_max above the ground. The upper end of a root is measured
   from the lowest ground below it and the lower end from the highest, so that no point of a cell is above
   altitude_max or below altitude_min over the ground straight below. Where that would cost more height
-  than the smallest cell, the root is halved in plan.
+  than the smallest cell, and more than a part of the band, the root is halved in plan.
 * ``corridor``: the same, and only roots that a tube around a line meets. Cells are kept when their bounds
   meet the tube; all free space of the tube within the band is in some root.
 * ``ground``: see standing.py.
@@ -26,6 +26,10 @@ from tilesnav_ref.cells.domain import AIRSPACE_TOP, GridSizes
 from tilesnav_ref.cells.settings import CellError, CellSettings
 from tilesnav_ref.cells.terrain import Ground
 from tilesnav_ref.cells.tube import boxes_in_tube, points_in_tube
+
+
+RELIEF = 32
+"""Part of the band of altitude that a tile on a slope may lose; finer tiles are many cells for little air."""
 
 
 class Mission:
@@ -95,13 +99,14 @@ class Mission:
         if self._settings.method == "voxel":
             return roots
         done, smallest = [], self._sizes.min_size
+        lost = max(smallest, (self._band[1] - self._band[0]) // RELIEF)
         while len(roots):
             bottom, top = self._limits(roots)
             cut = (top < roots[:, 1, 2]) & (top > roots[:, 0, 2])
             if self._band[0] > 0:
                 cut |= (bottom > roots[:, 0, 2]) & (bottom < roots[:, 1, 2])
             edges = roots[:, 1, :2] - roots[:, 0, :2]
-            cut &= (self._ground.relief(roots) > smallest) & (edges.max(axis=1) >= 2 * smallest)
+            cut &= (self._ground.relief(roots) > lost) & (edges.max(axis=1) >= 2 * smallest)
             done.append(roots[~cut])
             roots = _halved(roots[cut], edges[cut].argmax(axis=1))
         return np.concatenate(done) if done else roots

@@ -26,6 +26,12 @@ WIDTH, HEIGHT, DOTS = 15.0, 7.2, 150
 """Inches, inches, dots an inch."""
 FACES_DRAWN = 60_000
 """Of more faces than this the largest are drawn; the others would be smaller than a dot."""
+ALL_DRAWN = 300
+"""Of more cells than this the perspective leaves out those above the roofs, which would hide the others."""
+ABOVE_ROOFS = 1.0
+"""m; cells that begin higher than this above all faces below them are above the roofs."""
+RASTER = 128
+"""Squares along the longer side of the plan by which this is decided."""
 LINES_DRAWN = 20_000
 """Of more portals than this an evenly spaced choice is drawn."""
 
@@ -34,14 +40,16 @@ LINES_DRAWN = 20_000
 class View:
     """What is drawn, in metres."""
 
-    faces: NDArray[np.float64]
-    """(F, 3, 3) corners of the faces of the scene near the cells."""
+    faces: list[NDArray[np.float64]]
+    """(K, 3) polygons of the faces of the scene over the plan of the cells."""
     sides: NDArray[np.float64]
     """(N, 6, 4, 3) corners around the sides of every cell."""
     heights: NDArray[np.float64]
     """(N,) of the middles of the cells."""
     paths: NDArray[np.float64]
     """(P, 3, 3) from the middle of a cell through the middle of a portal to the middle of the next."""
+    stood: tuple[NDArray[np.bool_], NDArray[np.bool_]]
+    """(N,) cells and (P,) paths that the perspective shows."""
     box: NDArray[np.float64]
     """(2, 3) bounds of the cells."""
 
@@ -57,18 +65,66 @@ def make_view(scene: Scene, cells: CellComplex) -> View:
     through = cells.polygons[cells.portal_polygons[once]].mean(axis=1) * step
     paths = np.stack((middles[sources[once]], through, middles[cells.portal_targets[once]]), axis=1)
     box = np.stack((corners.min(axis=(0, 1)), corners.max(axis=(0, 1))))
-    return View(_faces_near(scene, box), corners[:, SIDES], middles[:, 2], paths, box)
+    faces = _faces_near(scene, box)
+    shown = np.ones(cells.count, np.bool_)
+    if cells.count > ALL_DRAWN:
+        shown = _near_faces(faces, corners)
+    both = shown[sources[once]] & shown[cells.portal_targets[once]]
+    return View(faces, corners[:, SIDES], middles[:, 2], paths, (shown, both), box)
 
 
-def _faces_near(scene: Scene, box: NDArray[np.float64]) -> NDArray[np.float64]:
+def _faces_near(scene: Scene, box: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Polygons (K, 3) of the faces, cut to the plan of a box."""
     corners = scene.corners() * scene.step
-    middle = corners.mean(axis=1)
-    near = np.all((middle[:, :2] >= box[0, :2]) & (middle[:, :2] <= box[1, :2]), axis=1)
-    faces = corners[near]
+    low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
+    faces = corners[np.all((high >= box[0, :2]) & (low <= box[1, :2]), axis=1)]
     if len(faces) > FACES_DRAWN:
         areas = np.linalg.norm(np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]), axis=1)
         faces = faces[np.sort(np.argsort(-areas, kind="stable")[:FACES_DRAWN])]
-    return faces
+    inside = np.all((faces[:, :, :2] >= box[0, :2]) & (faces[:, :, :2] <= box[1, :2]), axis=(1, 2))
+    cut = [face if whole else _cut(face, box) for face, whole in zip(faces, inside, strict=True)]
+    return [face for face in cut if len(face) >= 3]
+
+
+def _cut(polygon: NDArray[np.float64], box: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A convex polygon (K, 3) cut to the plan of a box (I. E. Sutherland, G. W. Hodgman, CACM 17(1), 1974)."""
+    for axis in range(2):
+        for place, sign in ((box[0, axis], 1.0), (box[1, axis], -1.0)):
+            inner = sign * (polygon[:, axis] - place)
+            kept = []
+            for here, there, a, b in zip(
+                polygon, np.roll(polygon, -1, axis=0), inner, np.roll(inner, -1), strict=True
+            ):
+                if a >= 0.0:
+                    kept.append(here)
+                if a * b < 0.0:
+                    kept.append(here + a / (a - b) * (there - here))
+            polygon = np.array(kept).reshape(-1, 3)
+            if len(polygon) == 0:
+                return polygon
+    return polygon
+
+
+def _near_faces(faces: list[NDArray[np.float64]], corners: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which cells (N, 8, 3) begin no higher than a little above the faces below them; (N,) bool."""
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    least, pitch = (
+        low[:, :2].min(axis=0),
+        max(float(np.ptp(corners[:, :, :2], axis=(0, 1)).max()) / RASTER, 1e-9),
+    )
+    tops = np.full((RASTER + 1, RASTER + 1), -np.inf)
+    for face in faces:
+        i, j = ((face[:, :2].min(axis=0) - least) / pitch).astype(int).clip(0, RASTER)
+        k, m = ((face[:, :2].max(axis=0) - least) / pitch).astype(int).clip(0, RASTER) + 1
+        tops[i:k, j:m] = np.maximum(tops[i:k, j:m], face[:, 2].max())
+    first = ((low[:, :2] - least) / pitch).astype(int).clip(0, RASTER)
+    last = ((high[:, :2] - least) / pitch).astype(int).clip(0, RASTER) + 1
+    return np.array(
+        [
+            z <= tops[a:c, b:d].max() + ABOVE_ROOFS
+            for z, (a, b), (c, d) in zip(low[:, 2], first, last, strict=True)
+        ]
+    )
 
 
 def check_picture(path: Path) -> None:
@@ -161,12 +217,11 @@ def _plan(axes: Any, view: View, colours: _Colours) -> None:
 
     size = _dot_sizes(view)
     low_first = np.argsort(view.heights, kind="stable")
-    tops = view.faces[:, :, 2].max(axis=1)
+    tops = np.array([face[:, 2].max() for face in view.faces] or [0.0])
     order = np.argsort(tops, kind="stable")
     greys = _greys(0.92 - 0.42 * (tops[order] - tops.min()) / max(float(np.ptp(tops)), 1.0))
-    axes.add_collection(
-        PolyCollection(view.faces[order, :, :2], facecolors=greys, edgecolors=greys, linewidths=0.2)
-    )
+    flat = [view.faces[k][:, :2] for k in order] if view.faces else []
+    axes.add_collection(PolyCollection(flat, facecolors=greys, edgecolors=greys, linewidths=0.2))
     top = view.sides[low_first, 5, :, :2]
     axes.add_collection(
         PolyCollection(
@@ -193,24 +248,26 @@ def _plan(axes: Any, view: View, colours: _Colours) -> None:
 
 
 def _perspective(axes: Any, view: View, colours: _Colours) -> None:
+    from matplotlib.ticker import MaxNLocator  # noqa: PLC0415 - an extra
     from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # noqa: PLC0415 - an extra
 
     size = _dot_sizes(view)
     axes.add_collection3d(
         Poly3DCollection(view.faces, facecolors=_shades(view.faces), edgecolors="none", zorder=1)
     )
-    sides = view.sides.reshape(-1, 4, 3)
+    shown, paths = view.stood
+    sides = view.sides[shown].reshape(-1, 4, 3)
     axes.add_collection3d(
         Poly3DCollection(
             sides,
-            facecolors=colours.of(np.repeat(view.heights, 6), 0.05),
+            facecolors=colours.of(np.repeat(view.heights[shown], 6), 0.07),
             edgecolors=(0.1, 0.2, 0.4, 0.35),
             linewidths=size[0],
             zorder=2,
         )
     )
     axes.add_collection3d(
-        Line3DCollection(view.paths, colors=(0.85, 0.2, 0.1, 0.5), linewidths=size[1], zorder=3)
+        Line3DCollection(view.paths[paths], colors=(0.85, 0.2, 0.1, 0.5), linewidths=size[1], zorder=3)
     )
     low, high = view.box
     axes.set_xlim(low[0], high[0])
@@ -222,15 +279,24 @@ def _perspective(axes: Any, view: View, colours: _Colours) -> None:
     axes.set_xlabel("x, m")
     axes.set_ylabel("y, m")
     axes.set_zlabel("z, m")
+    axes.zaxis.set_major_locator(MaxNLocator(4))
+    if not shown.all():
+        axes.annotate(
+            "cells above the roofs are left out here",
+            (0.5, -0.02),
+            xycoords="axes fraction",
+            ha="center",
+            fontsize=8,
+        )
 
 
 def _greys(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.repeat(values[:, None], 3, axis=1)
 
 
-def _shades(faces: NDArray[np.float64]) -> NDArray[np.float64]:
+def _shades(faces: list[NDArray[np.float64]]) -> NDArray[np.float64]:
     """Greys of faces lit from the upper left, both sides alike."""
-    normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+    normals = np.array([np.cross(face[1] - face[0], face[2] - face[0]) for face in faces]).reshape(-1, 3)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     return _greys(0.45 + 0.45 * np.abs(normals @ np.array((-0.35, -0.45, 0.82))))
 
@@ -251,4 +317,4 @@ def _legend(axes: Any) -> None:
         Line2D([], [], color="black", marker="o", markersize=3, linestyle="none", label="middle of a cell"),
         Line2D([], [], color=(0.85, 0.2, 0.1), label="way through a portal"),
     )
-    axes.legend(handles=entries, loc="upper left", bbox_to_anchor=(0.0, -0.08), ncols=2, frameon=False)
+    axes.figure.legend(handles=entries, loc="outside lower center", ncols=4, frameon=False)
