@@ -27,7 +27,6 @@ from tilesnav_ref.cells.settings import CellError, CellSettings
 from tilesnav_ref.cells.terrain import Ground
 from tilesnav_ref.cells.tube import boxes_in_tube, points_in_tube
 
-
 RELIEF = 32
 """Part of the band of altitude that a tile on a slope may lose; finer tiles are many cells for little air."""
 

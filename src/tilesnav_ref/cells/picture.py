@@ -87,7 +87,7 @@ def _faces_near(scene: Scene, box: NDArray[np.float64]) -> list[NDArray[np.float
 
 
 def _cut(polygon: NDArray[np.float64], box: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A convex polygon (K, 3) cut to the plan of a box (I. E. Sutherland, G. W. Hodgman, CACM 17(1), 1974)."""
+    """A convex polygon (K, 3) cut to the plan of a box (Sutherland and Hodgman, CACM 17(1), 1974)."""
     for axis in range(2):
         for place, sign in ((box[0, axis], 1.0), (box[1, axis], -1.0)):
             inner = sign * (polygon[:, axis] - place)
@@ -219,14 +219,14 @@ def _plan(axes: Any, view: View, colours: _Colours) -> None:
     low_first = np.argsort(view.heights, kind="stable")
     tops = np.array([face[:, 2].max() for face in view.faces] or [0.0])
     order = np.argsort(tops, kind="stable")
-    greys = _greys(0.92 - 0.42 * (tops[order] - tops.min()) / max(float(np.ptp(tops)), 1.0))
+    greys = _greys(0.96 - 0.5 * (tops[order] - tops.min()) / max(float(np.ptp(tops)), 1.0))
     flat = [view.faces[k][:, :2] for k in order] if view.faces else []
     axes.add_collection(PolyCollection(flat, facecolors=greys, edgecolors=greys, linewidths=0.2))
     top = view.sides[low_first, 5, :, :2]
     axes.add_collection(
         PolyCollection(
             top,
-            facecolors=colours.of(view.heights[low_first], 0.12),
+            facecolors=colours.of(view.heights[low_first], 0.07),
             edgecolors=(0.1, 0.2, 0.4, 0.5),
             linewidths=size[0],
             label="cell",
@@ -283,7 +283,7 @@ def _perspective(axes: Any, view: View, colours: _Colours) -> None:
     if not shown.all():
         axes.annotate(
             "cells above the roofs are left out here",
-            (0.5, -0.02),
+            (0.5, 0.97),
             xycoords="axes fraction",
             ha="center",
             fontsize=8,
