@@ -19,7 +19,7 @@ SETTINGS = CellSettings(
 
 
 def town() -> Scene:
-    """Houses across borders of sectors; the plan goes from -30 to 35 m, so that sectors at its rim are cut."""
+    """Houses across borders of sectors; the plan goes from -30 to 35 m and cuts the sectors at its rim."""
     houses = [box_faces((x, y, 0), (x + 9, y + 7, 6)) for x in (-25, -4, 17) for y in (-22, -3, 15)]
     return scene_of(rectangle((-30, 35), (-30, 35), (0, 0)), *houses)
 

@@ -15,6 +15,7 @@ from tilesnav_ref.cells import CellSettings, decompose
 from tilesnav_ref.cells.picture import SIDES, check_picture, make_view
 from tilesnav_ref.cli import main
 from tilesnav_ref.commands.arguments import cell_settings, parse
+from tilesnav_ref.scene import load_scene
 
 PLOTTED = pytest.importorskip("matplotlib", reason="pictures are an extra")
 FEW = ("--max-cell", "8", "--altitude-max", "16", "--coverage-points", "500", "--quiet")
@@ -85,8 +86,6 @@ def test_picture_is_written(
 
 def test_view_shows_every_cell_and_every_portal_once(scene: Path) -> None:
     settings = cell_settings(parse(["cells", str(scene), "--up", "z"]))
-    from tilesnav_ref.scene import load_scene
-
     loaded, _ = load_scene(scene, settings[0])
     cells = decompose(loaded, CellSettings(max_size=8.0, altitude_max=16.0, coverage_points=100))
     view = make_view(loaded, cells)

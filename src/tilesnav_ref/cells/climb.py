@@ -59,7 +59,7 @@ def _height(cell: NDArray[np.int64], side: int, place: tuple[int, int]) -> float
 
 @kernel
 def _ends(cell: NDArray[np.int64], column: tuple[int, int, int]) -> tuple[int, int]:
-    """Highest point of a cell's (8, 3) lower side over a column (x, y, size), and lowest of its upper side."""
+    """Highest point of a cell's (8, 3) lower side over a column (x, y, size), and lowest of its upper."""
     x, y, size = column
     floor, top = _height(cell, 0, (x, y)), _height(cell, 4, (x, y))
     for corner in range(1, 4):

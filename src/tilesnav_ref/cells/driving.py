@@ -70,7 +70,7 @@ class GroundMission:
                 f"no free space: no face of slope {self._settings.ground_slope:g} or less is in the domain; "
                 "allowed: ground that carries a vehicle, or a greater ground_slope"
             )
-        return found
+        return np.asarray(found)
 
     def choose(
         self,

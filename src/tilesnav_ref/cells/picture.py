@@ -57,20 +57,20 @@ class View:
 def make_view(scene: Scene, cells: CellComplex) -> View:
     """Work out what a picture shows of a scene and its cells."""
     step = scene.step
-    corners = cells.corners * step
+    corners = cells.corners * np.float64(step)
     middles = corners.mean(axis=1)
     sources = np.repeat(np.arange(cells.count), np.diff(cells.portal_offsets))
     once = np.flatnonzero(sources < cells.portal_targets)
     once = once[:: max(1, -(-len(once) // LINES_DRAWN))]
     through = cells.polygons[cells.portal_polygons[once]].mean(axis=1) * step
     paths = np.stack((middles[sources[once]], through, middles[cells.portal_targets[once]]), axis=1)
-    box = np.stack((corners.min(axis=(0, 1)), corners.max(axis=(0, 1))))
+    box = np.stack((corners.min(axis=(0, 1)), corners.max(axis=(0, 1)))).astype(np.float64)
     faces = _faces_near(scene, box)
     shown = np.ones(cells.count, np.bool_)
     if cells.count > ALL_DRAWN:
         shown = _near_faces(faces, corners)
     both = shown[sources[once]] & shown[cells.portal_targets[once]]
-    return View(faces, corners[:, SIDES], middles[:, 2], paths, (shown, both), box)
+    return View(faces, np.asarray(corners[:, SIDES], np.float64), middles[:, 2], paths, (shown, both), box)
 
 
 def _faces_near(scene: Scene, box: NDArray[np.float64]) -> list[NDArray[np.float64]]:
@@ -105,7 +105,7 @@ def _cut(polygon: NDArray[np.float64], box: NDArray[np.float64]) -> NDArray[np.f
     return polygon
 
 
-def _near_faces(faces: list[NDArray[np.float64]], corners: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _near_faces(faces: list[NDArray[np.float64]], corners: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
     """Which cells (N, 8, 3) begin no higher than a little above the faces below them; (N,) bool."""
     low, high = corners.min(axis=1), corners.max(axis=1)
     least, pitch = (
@@ -225,7 +225,7 @@ def _plan(axes: Any, view: View, colours: _Colours) -> None:
     top = view.sides[low_first, 5, :, :2]
     axes.add_collection(
         PolyCollection(
-            top,
+            list(top),
             facecolors=colours.of(view.heights[low_first], 0.07),
             edgecolors=(0.1, 0.2, 0.4, 0.5),
             linewidths=size[0],
@@ -234,7 +234,7 @@ def _plan(axes: Any, view: View, colours: _Colours) -> None:
     )
     axes.add_collection(
         LineCollection(
-            view.paths[:, :, :2], colors=(0.85, 0.2, 0.1, 0.45), linewidths=size[1], label="portal"
+            list(view.paths[:, :, :2]), colors=(0.85, 0.2, 0.1, 0.45), linewidths=size[1], label="portal"
         )
     )
     middles = view.sides.mean(axis=(1, 2))

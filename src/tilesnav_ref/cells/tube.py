@@ -32,7 +32,9 @@ def _distances(
     boxes: NDArray[np.int64],
 ) -> NDArray[np.float64]:
     places = start + share[:, None] * along
-    return np.linalg.norm(np.maximum(np.maximum(boxes[:, 0] - places, places - boxes[:, 1]), 0.0), axis=1)
+    return np.asarray(
+        np.linalg.norm(np.maximum(np.maximum(boxes[:, 0] - places, places - boxes[:, 1]), 0.0), axis=1)
+    )
 
 
 def segment_distances(
