@@ -107,16 +107,8 @@ def test_sectors_with_many_cells_are_several_files(
     offsets: list[int], most: int, expected: list[tuple[int, int]]
 ) -> None:
     ends = np.arange(10)[:, None] + np.zeros((1, 3), np.int64)
-    cells = CellComplex(
-        ends,
-        ends + 1,
-        np.zeros(10, np.uint8),
-        np.zeros(11, np.int64),
-        np.zeros(0, np.int64),
-        np.zeros(0, np.int64),
-        np.zeros((0, 4, 3), np.int64),
-        0,
-        1.0,
-        sector_offsets=np.array(offsets, np.int64),
-    )
+    nothing = np.zeros(0, np.int64)
+    kinds, offsets_of = np.zeros(10, np.uint8), np.zeros(11, np.int64)
+    given = np.array(offsets, np.int64)
+    cells = CellComplex(ends, ends + 1, kinds, offsets_of, nothing, nothing, 0, 1.0, sector_offsets=given)
     assert file_ranges(cells, most) == expected

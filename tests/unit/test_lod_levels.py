@@ -39,7 +39,6 @@ def make_case(seed: int, cell_count: int = 12, face_count: int = 60) -> tuple[Sc
         portal_offsets=np.zeros(cell_count + 1, np.int64),
         portal_targets=empty,
         portal_polygons=empty,
-        polygons=np.zeros((0, 4, 3), np.int64),
         clearance=0,
         coverage=1.0,
     )

@@ -27,7 +27,7 @@ def _table(name: str, settings: VisibilitySettings) -> PvsTable:
     none = np.zeros(0, np.int64)
     cells = CellComplex(
         lower, upper, np.zeros(2, np.uint8), np.zeros(3, np.int64),
-        none, none, np.zeros((0, 4, 3), np.int64), 0, 1.0,
+        none, none, 0, 1.0,
     )  # fmt: skip
     return compute_pvs(case.scene, cells, settings)
 

@@ -30,7 +30,7 @@ def sets(scene, work=WORK, box=CELL):
     none = np.zeros(0, np.int64)
     complex_ = CellComplex(
         cells[:, 0], cells[:, 1], np.zeros(len(cells), np.uint8), np.zeros(len(cells) + 1, np.int64),
-        none, none, np.zeros((0, 4, 3), np.int64), 0, 1.0,
+        none, none, 0, 1.0,
     )  # fmt: skip
     table = compute_pvs(scene, complex_, work)
     return set(table.faces_of(0).tolist()), set(table.pvs_faces[table.pvs_proven].tolist())

@@ -27,8 +27,15 @@ class GridSizes:
     max_size: int
     clearance: int
     ground_height: int
+    end_width: int
+    """Least width of either end of a trapezoid."""
     sector: int = 0
     """Edge of a sector; 0: no sectors."""
+
+
+END_SHARE = 32
+"""A trapezoid may narrow to this part of the smallest edge, 6 cm of 2 m, or to four grid steps: far more than
+the square grid step that a facet needs, and thin enough to follow a wall into a corner."""
 
 
 def grid_sizes(settings: CellSettings, step: float) -> GridSizes:
@@ -42,6 +49,7 @@ def grid_sizes(settings: CellSettings, step: float) -> GridSizes:
         round(largest / step),
         math.ceil(settings.clearance / step),
         round(settings.ground_height / step),
+        max(round(smallest / step) // END_SHARE, 4),
         0 if settings.sector_size is None else round(settings.sector_size / step),
     )
     if sizes.min_size < 2:

@@ -25,7 +25,7 @@ from tilesnav_ref.cells.coverage import locate_points
 from tilesnav_ref.cells.domain import GridSizes
 from tilesnav_ref.cells.portals import Contacts
 from tilesnav_ref.cells.sectors import connected_within
-from tilesnav_ref.cells.selection import open_sky, seed_points
+from tilesnav_ref.cells.selection import open_sky
 from tilesnav_ref.cells.settings import CellError, CellSettings
 from tilesnav_ref.cells.standing import find_stands, ground_roots
 from tilesnav_ref.cells.terrain import Ground, level_patches
@@ -41,9 +41,8 @@ class GroundMission:
         self._ground = ground
         self._step = math.floor(settings.ground_step / scene.step)
         plan = np.stack((ground.origin, ground.origin + ground.size * np.array(ground.low.shape)))
-        self._stands = find_stands(
-            scene.corners(), plan, sizes.min_size // 2, (settings.ground_slope, self._step)
-        )
+        limits = settings.ground_slope, self._step, sizes.min_size + sizes.clearance
+        self._stands = find_stands(scene.corners(), plan, sizes.min_size // 2, limits)
         self._reached = np.ones(len(self._stands.low), np.bool_)
 
     def roots(self, roots: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -150,9 +149,7 @@ class GroundMission:
         if settings.keep_interiors:
             return np.ones(len(graph.cells), np.bool_)
         if settings.seeds != "sky":
-            seeds = seed_points(
-                settings, np.stack((corners.min(axis=(0, 1)), corners.max(axis=(0, 1)))), step
-            )
+            seeds = np.round(np.array(settings.seeds, np.float64).reshape(-1, 3) / step).astype(np.int64)
             return np.isin(graph.cells, locate_points(cells[1], seeds))
         bounds = np.stack((corners.min(axis=1), corners.max(axis=1)), axis=1)
         open_cells = open_sky(bounds, buckets, self._sizes.clearance)

@@ -15,7 +15,7 @@ from tilesnav_ref.cells.driving import GroundMission
 from tilesnav_ref.cells.flood import CLEAR, REACHED, VoxelFlood, clear_voxels, spread
 from tilesnav_ref.cells.mission import Mission
 from tilesnav_ref.cells.model import HeightBand
-from tilesnav_ref.cells.selection import line_seeds, open_sky, seed_points
+from tilesnav_ref.cells.selection import free_seeds, line_seeds, open_sky
 from tilesnav_ref.cells.settings import CellSettings
 
 HEIGHTS = (0.0, 5.0, 10.0, 20.0, 40.0, math.inf)
@@ -29,13 +29,13 @@ Context = tuple[CellSettings, GridSizes, float]
 
 
 def measure_coverage(
-    boxes: NDArray[np.int64],
+    prisms: NDArray[np.int64],
     buckets: FaceBuckets,
-    domain: NDArray[np.int64],
+    domains: tuple[NDArray[np.int64], NDArray[np.int64]],
     mission: Space,
     context: Context,
 ) -> tuple[float, tuple[HeightBand, ...]]:
-    """Share of the points a mission asks for that lie in a box (B, 2, 3), of those free and reachable.
+    """Share of the points a mission asks for that lie in a prism (C, 11), of those free and reachable.
 
     Returns
     -------
@@ -43,10 +43,10 @@ def measure_coverage(
         0 to 1, 0 without a point; and the counts of every band that has points.
     """
     settings, sizes, step = context
-    flood = _flood(buckets, domain, mission, context)
-    points = _draw_points(_asked(domain, settings, sizes), settings, mission)
-    points = points[reachable_points(buckets, flood, points, sizes.clearance)]
-    covered = locate_points(boxes, points) >= 0
+    flood = flood_space(buckets, domains, mission, context)
+    points = _draw_points(_asked(domains[0], settings, sizes), settings, mission)
+    points = points[reachable_points(buckets, flood, points, (sizes.clearance, settings.threads))]
+    covered = locate_points(prisms, points) >= 0
     heights = mission.heights(points) * step
     bands = []
     for lower, upper in pairwise(HEIGHTS):
@@ -67,15 +67,22 @@ def _asked(domain: NDArray[np.int64], settings: CellSettings, sizes: GridSizes) 
     return asked
 
 
-def _flood(buckets: FaceBuckets, domain: NDArray[np.int64], mission: Space, context: Context) -> VoxelFlood:
-    """Voxels that are reached from the sky, the seeds or the line of a corridor; all with interiors."""
-    settings, sizes, step = context
+def flood_space(
+    buckets: FaceBuckets,
+    domains: tuple[NDArray[np.int64], NDArray[np.int64]],
+    mission: Space,
+    context: Context,
+) -> VoxelFlood:
+    """Voxels of the first domain (2, 3) that are reached from the sky, the seeds or the line of a corridor;
+    all of them with interiors. Seeds are points of the second."""
+    settings, sizes, _ = context
+    domain, whole = domains
     flood = clear_voxels(buckets, domain, sizes.min_size // 4, sizes.clearance)
     states = flood.states
     if settings.keep_interiors:
         states[states == CLEAR] = REACHED
     elif settings.seeds != "sky":
-        flood_from_points(flood, buckets, seed_points(settings, domain, step), sizes.clearance)
+        flood_from_points(flood, buckets, free_seeds(buckets, whole, context), sizes.clearance)
     elif settings.mission == "corridor" and isinstance(mission, Mission):
         flood_from_points(flood, buckets, line_seeds(mission, buckets, sizes.clearance), sizes.clearance)
     else:

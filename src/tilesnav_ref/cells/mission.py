@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from tilesnav_ref.cells.coverage import locate_points
 from tilesnav_ref.cells.domain import AIRSPACE_TOP, GridSizes
+from tilesnav_ref.cells.prisms import prisms_of_boxes
 from tilesnav_ref.cells.settings import CellError, CellSettings
 from tilesnav_ref.cells.terrain import Ground
 from tilesnav_ref.cells.tube import boxes_in_tube, points_in_tube
@@ -135,7 +136,7 @@ def _halved(roots: NDArray[np.int64], axes: NDArray[np.intp]) -> NDArray[np.int6
 def touches_top(bounds: NDArray[np.int64], roots: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Which cells, by their bounds (N, 2, 3), end at the upper end of the roots (R, 2, 3): at the middle or
     near a corner of the upper side no root goes on; (N,) bool."""
-    result = np.zeros(len(bounds), np.bool_)
+    tiles, result = prisms_of_boxes(roots), np.zeros(len(bounds), np.bool_)
     low, high = bounds[:, 0, :2], bounds[:, 1, :2]
     inset = np.minimum(1, (high - low) // 2)
     for x in ("low", "middle", "high"):
@@ -151,5 +152,5 @@ def touches_top(bounds: NDArray[np.int64], roots: NDArray[np.int64]) -> NDArray[
                 }
                 points[:, k] = places[side]
             points[:, 2] = bounds[:, 1, 2] + 1
-            result |= locate_points(roots, points) < 0
+            result |= locate_points(tiles, points) < 0
     return result

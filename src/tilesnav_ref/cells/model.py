@@ -49,7 +49,9 @@ class CellComplex:
     across u and w are normal to them, and the two sides across v may slant along u.
 
     Directed portals of cell i are ``portal_offsets[i]:portal_offsets[i + 1]``, with ascending targets. Both
-    directions of a portal have the same polygon index. Polygons have four vertices in order.
+    directions of a portal have the same polygon index. Vertices of polygon i are
+    ``polygon_vertices[polygon_offsets[i]:polygon_offsets[i + 1]]``, three to eight in order; a polygon is
+    convex and lies in the facets of both cells.
     """
 
     lower: NDArray[np.int64]
@@ -63,14 +65,16 @@ class CellComplex:
     portal_targets: NDArray[np.int64]
     """(M,) cell behind each directed portal."""
     portal_polygons: NDArray[np.int64]
-    """(M,) index into polygons."""
-    polygons: NDArray[np.int64]
-    """(Q, 4, 3) grid coordinates."""
+    """(M,) polygon of each directed portal."""
     clearance: int
     """Grid steps by which every plane can move outwards without meeting a face."""
     coverage: float
     """Share of the reachable free volume beyond the clearance that the cells cover, 0 to 1, measured by
     random points."""
+    polygon_offsets: NDArray[np.int64] = field(default_factory=lambda: np.zeros(1, np.int64))
+    """(Q + 1,) CSR offsets of the vertices of the portals' polygons."""
+    polygon_vertices: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
+    """(K, 3) in grid steps; whole numbers but where the side of a cell slants."""
     corners: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 8, 3), np.int64))
     """(N, 8, 3) grid coordinates; corner i is on the upper side of axis k where bit k of i is set. Without
     them the cells are boxes."""
@@ -89,6 +93,11 @@ class CellComplex:
     def count(self) -> int:
         """Number of cells."""
         return len(self.lower)
+
+    @property
+    def polygon_count(self) -> int:
+        """Number of polygons."""
+        return len(self.polygon_offsets) - 1
 
     @property
     def portal_count(self) -> int:

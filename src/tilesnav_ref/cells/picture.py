@@ -62,7 +62,7 @@ def make_view(scene: Scene, cells: CellComplex) -> View:
     sources = np.repeat(np.arange(cells.count), np.diff(cells.portal_offsets))
     once = np.flatnonzero(sources < cells.portal_targets)
     once = once[:: max(1, -(-len(once) // LINES_DRAWN))]
-    through = cells.polygons[cells.portal_polygons[once]].mean(axis=1) * step
+    through = _polygon_middles(cells)[cells.portal_polygons[once]] * step
     paths = np.stack((middles[sources[once]], through, middles[cells.portal_targets[once]]), axis=1)
     box = np.stack((corners.min(axis=(0, 1)), corners.max(axis=(0, 1)))).astype(np.float64)
     faces = _faces_near(scene, box)
@@ -71,6 +71,15 @@ def make_view(scene: Scene, cells: CellComplex) -> View:
         shown = _near_faces(faces, corners)
     both = shown[sources[once]] & shown[cells.portal_targets[once]]
     return View(faces, np.asarray(corners[:, SIDES], np.float64), middles[:, 2], paths, (shown, both), box)
+
+
+def _polygon_middles(cells: CellComplex) -> NDArray[np.float64]:
+    """(Q, 3) means of the vertices of the polygons, grid."""
+    counts = np.diff(cells.polygon_offsets)
+    if len(counts) == 0:
+        return np.zeros((0, 3))
+    sums = np.add.reduceat(cells.polygon_vertices, cells.polygon_offsets[:-1], axis=0)
+    return np.asarray(sums / counts[:, None])
 
 
 def _faces_near(scene: Scene, box: NDArray[np.float64]) -> list[NDArray[np.float64]]:

@@ -34,7 +34,8 @@ def sector_places(lower: NDArray[np.int64], size: int) -> NDArray[np.int64]:
 def roots_around(
     roots: NDArray[np.int64], size: int, sector: tuple[int, int] | None, step: float
 ) -> NDArray[np.int64]:
-    """The roots (R, 2, 3) of a sector and of the eight around it; all of them where sector is None.
+    """The roots (R, 2, 3) at most two sectors from a sector; all of them where sector is None. The outer of
+    them are what those next to the sector see of the sky.
 
     Raises
     ------
@@ -50,7 +51,7 @@ def roots_around(
             f"sector {sector[0]},{sector[1]} of {size * step:g} m holds no part of the domain; "
             f"allowed: {low[0]} to {high[0]} and {low[1]} to {high[1]}"
         )
-    return roots[np.all(np.abs(places - sector) <= 1, axis=1)]
+    return roots[np.all(np.abs(places - sector) <= 2, axis=1)]
 
 
 def only_sector(places: NDArray[np.int64], sector: tuple[int, int] | None) -> NDArray[np.bool_]:
@@ -59,15 +60,38 @@ def only_sector(places: NDArray[np.int64], sector: tuple[int, int] | None) -> ND
 
 
 def sector_by_sector(
-    roots: NDArray[np.int64], size: int, divide: Callable[[NDArray[np.int64]], NDArray[np.int64]]
+    roots: NDArray[np.int64],
+    size: int,
+    sector: tuple[int, int] | None,
+    divide: Callable[[NDArray[np.int64], NDArray[np.int64]], NDArray[np.int64]],
 ) -> NDArray[np.int64]:
-    """Divide roots (R, 2, 3) into cells, sector by sector; ``divide`` makes the cells of one sector."""
+    """Divide roots (R, 2, 3) into cells, sector by sector.
+
+    Parameters
+    ----------
+    roots
+        Of all sectors, or those of :func:`roots_around`.
+    size
+        Edge of a sector, grid steps; 0: no sectors.
+    sector
+        The one that is asked for; it and the eight around it are divided. None: all.
+    divide
+        Makes the cells of one sector from its roots and the domain (2, 3) of the roots of it and of the eight
+        around it, in which it may look for the sky.
+    """
     if size == 0:
-        return divide(roots)
-    numbers = _numbers(sector_places(roots[:, 0], size))
-    order = np.argsort(numbers, kind="stable")
-    parts = np.split(roots[order], np.flatnonzero(np.diff(numbers[order])) + 1)
-    return np.concatenate([divide(np.ascontiguousarray(part)) for part in parts])
+        return divide(roots, _hull(roots))
+    places, parts = sector_places(roots[:, 0], size), []
+    for place in np.unique(places, axis=0):
+        if sector is None or np.all(np.abs(place - sector) <= 1):
+            near = np.all(np.abs(places - place) <= 1, axis=1)
+            own = np.all(places == place, axis=1)
+            parts.append(divide(np.ascontiguousarray(roots[own]), _hull(roots[near])))
+    return np.concatenate(parts)
+
+
+def _hull(roots: NDArray[np.int64]) -> NDArray[np.int64]:
+    return np.stack((roots[:, 0].min(axis=0), roots[:, 1].max(axis=0)))
 
 
 def connected_within(

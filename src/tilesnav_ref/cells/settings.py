@@ -17,7 +17,7 @@ class CellSettings:
     """Size, place and selection of navigation cells; lengths in metres, nav frame."""
 
     min_size: float = 2.0
-    """Smallest edge of a cell, m."""
+    """Smallest edge of a cell, m; of a trapezoid's sides across its slant, the mean."""
     max_size: float = 16.0
     """Largest edge of a cell, m; a smaller cell has a smaller potentially visible set."""
     clearance: float = 0.25
@@ -57,8 +57,11 @@ class CellSettings:
     (m)."""
     keep_interiors: bool = False
     """Keep every free cell, connected or not; for indoor scenes."""
-    method: Literal["boxes", "voxel"] = "boxes"
-    """Recursive boxes, or uniform voxels as the baseline."""
+    method: Literal["prisms", "boxes", "voxel"] = "prisms"
+    """Greedy prisms over trapezoids; recursive boxes, or uniform voxels as baselines."""
+    cell_price: float = 4.0
+    """Volume that a prism must add to be worth a cell, in cubes of the smallest edge; method "prisms"
+    only."""
     voxel_size: float = 2.0
     """Edge of a voxel, m; method "voxel" only."""
     coverage_points: int = 100_000
@@ -66,7 +69,7 @@ class CellSettings:
     coverage_seed: int = 0
     """Seed of these points."""
     max_cells: int = 2_000_000
-    """A decomposition into more boxes than this is refused."""
+    """A decomposition into more cells than this is refused."""
     threads: int = 0
     """Threads that divide the space; 0: one for each usable processor. Cells do not depend on it."""
 
@@ -77,6 +80,7 @@ class CellSettings:
                 raise CellError(f"{name} is {value} m; allowed: greater than 0 and finite")
         not_negative = {
             "clearance": self.clearance,
+            "cell_price": self.cell_price,
             "ground_height": self.ground_height,
             "ground_slope": self.ground_slope,
             "ground_step": self.ground_step,
@@ -89,8 +93,8 @@ class CellSettings:
             raise CellError(f"altitude_min and altitude_max are {altitudes} m; allowed: finite numbers")
         if self.max_size < self.min_size:
             raise CellError(f"max_size is {self.max_size} m; allowed: at least min_size, {self.min_size} m")
-        if self.method not in ("boxes", "voxel"):
-            raise CellError(f"method is {self.method!r}; allowed: 'boxes', 'voxel'")
+        if self.method not in ("prisms", "boxes", "voxel"):
+            raise CellError(f"method is {self.method!r}; allowed: 'prisms', 'boxes', 'voxel'")
         self._check_mission()
         if self.threads < 0:
             raise CellError(f"threads is {self.threads}; allowed: 0 or greater")

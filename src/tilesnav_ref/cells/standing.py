@@ -103,7 +103,7 @@ def _join_pieces(pieces: NDArray[np.int64], step: int) -> int:
 
 
 def find_stands(
-    corners: NDArray[np.int64], plan: NDArray[np.int64], size: int, limits: tuple[float, int]
+    corners: NDArray[np.int64], plan: NDArray[np.int64], size: int, limits: tuple[float, int, int]
 ) -> Stands:
     """Find the stands over a part of the plan.
 
@@ -116,7 +116,8 @@ def find_stands(
     size
         Wanted edge of a column, grid steps; doubled where there would be too many.
     limits
-        Slope, rise over run, and step, grid steps.
+        Slope, rise over run; step; and headroom, grid steps: a stand with another one nearer above it, such as
+        the underside of a bridge, is left out.
     """
     size = max(size, 1)
     while np.prod((plan[1] - plan[0]) // size + 1, dtype=np.float64) > COLUMN_LIMIT:
@@ -130,6 +131,8 @@ def find_stands(
         _visit_pieces(carriers, plan[0], size, shape, pieces)
         pieces = pieces[np.lexsort((pieces[:, 2], pieces[:, 1], pieces[:, 0]))]
         pieces = pieces[: _join_pieces(pieces, limits[1])]
+        low_roof = (pieces[1:, 0] == pieces[:-1, 0]) & (pieces[1:, 1] < pieces[:-1, 2] + limits[2])
+        pieces = pieces[np.append(~low_roof, True)]
     offsets = np.searchsorted(pieces[:, 0], np.arange(shape[0] * shape[1] + 1))
     return Stands(
         plan[0].copy(), size, shape, offsets.astype(np.int64), pieces[:, 1].copy(), pieces[:, 2].copy()

@@ -264,7 +264,10 @@ def _add_cell_options(group: Any) -> None:
     cells = CellSettings()
     add_mission_options(group)
     group.add_argument(
-        "--cells", dest="method", choices=("boxes", "voxel"), help="merged boxes or voxels (boxes)"
+        "--cells",
+        dest="method",
+        choices=("prisms", "boxes", "voxel"),
+        help=f"prisms over trapezoids, merged boxes, or voxels ({cells.method})",
     )
     lengths = (
         ("--min-cell", "min_size", f"smallest edge of a cell ({cells.min_size:g})"),

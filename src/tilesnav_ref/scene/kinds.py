@@ -69,9 +69,7 @@ def _list(labels: Sequence[tuple[str, ...]]) -> str:
     return f"{shown} and {rest} more" if rest > 0 else shown
 
 
-def object_flags(
-    face_object: NDArray[np.int32], face_kind: NDArray[np.int64], bit: int
-) -> NDArray[np.bool_]:
+def object_flags(face_object: NDArray[np.int32], face_kind: NDArray[np.int64], bit: int) -> NDArray[np.bool_]:
     """(K,) whether each object has a bit; empty when none has it. All faces of an object are of one kind."""
     _, first = np.unique(face_object, return_index=True)
     flags = (face_kind[first] & bit) != 0

@@ -182,9 +182,7 @@ def _placed_parts(
     return parts, len(scene.geometry) - len(meshes)
 
 
-def _part(
-    source: str, labels: tuple[str, ...], matrix: NDArray[np.float64], mesh: trimesh.Trimesh
-) -> Part:
+def _part(source: str, labels: tuple[str, ...], matrix: NDArray[np.float64], mesh: trimesh.Trimesh) -> Part:
     name = labels[0]
     vertices = np.asarray(mesh.vertices, np.float64)
     faces = np.asarray(mesh.faces, np.int64)
