@@ -27,8 +27,8 @@ GROUND = CellSettings(
 
 
 def heights_above(cells: CellComplex, ground: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Greatest height of each upper side and least of each lower side above a height field (m), at a grid of
-    points of its plan."""
+    """Greatest height of each upper side above a height field (m), at a grid of points of its plan, and least
+    of each lower side, at its corners."""
     shares = np.linspace(0.0, 1.0, 5)
     low, high = cells.lower * STEP, cells.upper * STEP
     tops, bottoms = np.full(cells.count, -np.inf), np.full(cells.count, np.inf)
@@ -36,7 +36,10 @@ def heights_above(cells: CellComplex, ground: np.ndarray) -> tuple[np.ndarray, n
         for b in shares:
             points = low[:, :2] + (high[:, :2] - low[:, :2]) * (a, b)
             below = mesh_heights(ground, points)
-            tops, bottoms = np.maximum(tops, high[:, 2] - below), np.minimum(bottoms, low[:, 2] - below)
+            tops = np.maximum(tops, high[:, 2] - below)
+    for corner in range(4):  # of the lower side, which may slant
+        place = cells.corners[:, corner] * STEP
+        bottoms = np.minimum(bottoms, place[:, 2] - mesh_heights(ground, place[:, :2]))
     return tops, bottoms
 
 

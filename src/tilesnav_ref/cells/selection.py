@@ -138,8 +138,8 @@ def start_cells(
         starts[holders[holders >= 0]] = True
         if not np.any(starts):
             raise CellError(
-                f"no free space: no cell of {len(prisms)} holds a point of the corridor that is given or open "
-                "to the sky; allowed: a line through free space, seeds, or keep_interiors"
+                f"no free space: no cell of {len(prisms)} holds a point of the corridor that is given or "
+                "open to the sky; allowed: a line through free space, seeds, or keep_interiors"
             )
     else:
         bounds = prism_bounds(prisms)

@@ -116,7 +116,7 @@ def find_stands(
     size
         Wanted edge of a column, grid steps; doubled where there would be too many.
     limits
-        Slope, rise over run; step; and headroom, grid steps: a stand with another one nearer above it, such as
+        Slope, rise over run; step; and headroom, grid steps: a stand with another one nearer above it, as is
         the underside of a bridge, is left out.
     """
     size = max(size, 1)
