@@ -17,12 +17,14 @@ from scenes import TOWN, load
 
 from tilesnav_ref.cells import CellSettings, decompose
 from tilesnav_ref.cells.buckets import boxes_with_faces
-from tilesnav_ref.cells.coverage import measure_coverage
-from tilesnav_ref.cells.decomposition import faces_around, reachable_voxels
-from tilesnav_ref.cells.domain import grid_sizes, make_domain
+from tilesnav_ref.cells.decomposition import faces_around
+from tilesnav_ref.cells.domain import grid_sizes, make_domain, scene_ground
+from tilesnav_ref.cells.heights import flood_space, measure_coverage
+from tilesnav_ref.cells.mission import Mission
 from tilesnav_ref.cells.portals import find_contacts, open_contacts
 from tilesnav_ref.cells.prisms import prisms_of_boxes
-from tilesnav_ref.cells.selection import select_reachable
+from tilesnav_ref.cells.sectors import connected_within
+from tilesnav_ref.cells.selection import start_cells
 from tilesnav_ref.scene import Scene
 
 
@@ -43,7 +45,8 @@ def octree(scene: Scene, settings: CellSettings) -> tuple[int, float]:
     that reach over the upper end of the domain are kept if they are free, so that none is lost at the rim.
     """
     sizes = grid_sizes(settings, scene.step)
-    domain = make_domain(scene, settings, sizes)
+    ground = scene_ground(scene, settings)
+    domain = make_domain(scene, settings, sizes, ground)
     edge = sizes.max_size
     covered = np.stack((domain[0], domain[0] + -(-(domain[1] - domain[0]) // edge) * edge))
     buckets = faces_around(scene, covered, sizes)
@@ -64,12 +67,11 @@ def octree(scene: Scene, settings: CellSettings) -> tuple[int, float]:
     prisms = prisms_of_boxes(np.concatenate(found))
     context = (settings, sizes, scene.step)
     contacts = open_contacts(find_contacts(prisms), buckets if sizes.clearance == 0 else None)
-    prisms = prisms[select_reachable(prisms, contacts, buckets, covered, context)]
-    flood = reachable_voxels(buckets, domain, context)
-    points = np.random.default_rng(settings.coverage_seed).integers(
-        domain[0], domain[1], size=(settings.coverage_points, 3), endpoint=True
-    )
-    return len(prisms), measure_coverage(prisms, buckets, flood, points, (sizes.clearance, settings.threads))
+    mission = Mission(settings, sizes, scene.step, ground)
+    starts = start_cells(prisms, mission, (covered[None], domain), buckets, context)
+    prisms = prisms[connected_within(contacts.pairs, starts, np.zeros((len(prisms), 2), np.int64))]
+    flood = flood_space(buckets, (domain, domain), mission, context)
+    return len(prisms), measure_coverage(prisms, (buckets, flood), domain, mission, context)[0]
 
 
 def by_method(scene: Scene, settings: CellSettings) -> tuple[int, float]:

@@ -21,6 +21,7 @@ ALL = CellSettings(
     clearance=0.25,
     region=(0.0, 0.0, 8.0, 8.0),
     altitude_max=8.0,
+    altitude_above="lowest",
     keep_interiors=True,
     method="boxes",
     coverage_points=50,

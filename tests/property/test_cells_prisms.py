@@ -7,8 +7,6 @@ from fractions import Fraction
 from itertools import combinations
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from cell_prism_reference import (
     clip,
     dot,
@@ -20,6 +18,8 @@ from cell_prism_reference import (
     side_polygon,
     twice_area,
 )
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from test_cells_complex import scenes
 
 from tilesnav_ref.cells import CellComplex, CellError, CellSettings, decompose, planes

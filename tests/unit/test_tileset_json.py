@@ -16,6 +16,7 @@ from referencing import Registry, Resource
 from test_tileset_small_map import STEP, small_map
 
 from tilesnav_ref.cells import planes
+from tilesnav_ref.cells.model import box_corners
 from tilesnav_ref.stream.glb import open_glb
 from tilesnav_ref.tileset.bounds import box_volume
 from tilesnav_ref.tileset.errors import EncodeError
@@ -146,7 +147,7 @@ def test_no_cells_are_refused(tmp_path: Path) -> None:
     with pytest.raises(EncodeError, match="no cell"):
         write_tileset(
             tmp_path,
-            replace(one, cells=replace(one.cells, lower=empty, upper=empty)),
+            replace(one, cells=replace(one.cells, lower=empty, upper=empty, corners=box_corners(empty, empty))),
             np.empty((0, 6, 4)),
             TilesetSettings(),
         )

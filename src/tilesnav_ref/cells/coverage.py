@@ -167,19 +167,13 @@ def flood_from_points(
         spread(flood.states, hits[:count])
 
 
-def measure_coverage(
-    prisms: NDArray[np.int64],
-    buckets: FaceBuckets,
-    flood: VoxelFlood,
-    points: NDArray[np.int64],
-    limits: tuple[int, int],
-) -> float:
-    """Share of the free and reachable points that lie in a prism; see the module's notes.
+def reachable_points(
+    buckets: FaceBuckets, flood: VoxelFlood, points: NDArray[np.int64], limits: tuple[int, int]
+) -> NDArray[np.bool_]:
+    """Which points are free and reachable; see the module's notes.
 
     Parameters
     ----------
-    prisms
-        (C, 11) cells.
     buckets
         Faces; their box must hold the points inflated by clearance and one voxel.
     flood
@@ -188,14 +182,18 @@ def measure_coverage(
         (P, 3) grid.
     limits
         Clearance, grid steps; threads, 0: one for each usable processor.
+
+    Returns
+    -------
+    ndarray
+        (P,) bool.
     """
     clearance, threads = limits
     hull = np.stack((buckets.origin, buckets.origin + buckets.shape * buckets.size - 1))
     buckets = make_buckets(buckets.corners, hull, 2 * flood.size)  # a point has few faces around it
     frame, lists = (buckets.origin, buckets.size, buckets.shape), (buckets.offsets, buckets.faces)
     voxels = (flood.origin, flood.size, clearance, flood.states)
-    parts = np.array_split(points, -(-len(points) // _POINTS_A_TASK))
+    parts = np.array_split(points, max(-(-len(points) // _POINTS_A_TASK), 1))
     with ThreadPoolExecutor(thread_count(threads)) as pool:
         states = list(pool.map(lambda part: _classify(buckets.corners, frame, lists, voxels, part), parts))
-    asked = points[np.concatenate(states) == 2]
-    return float(np.mean(locate_points(prisms, asked) >= 0)) if len(asked) else 0.0
+    return np.asarray(np.concatenate(states) == 2)

@@ -3,25 +3,38 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.buckets import FaceBuckets, make_buckets
-from tilesnav_ref.cells.coverage import flood_from_points, measure_coverage
-from tilesnav_ref.cells.domain import GridSizes, grid_sizes, make_domain, make_roots
-from tilesnav_ref.cells.flood import CLEAR, REACHED, VoxelFlood, clear_voxels, spread
+from tilesnav_ref.cells.domain import GridSizes, grid_sizes, make_domain, make_roots, scene_ground
+from tilesnav_ref.cells.driving import GroundMission
+from tilesnav_ref.cells.flood import VoxelFlood
+from tilesnav_ref.cells.heights import Space, flood_space, measure_coverage
 from tilesnav_ref.cells.joining import join_prisms
 from tilesnav_ref.cells.meeting import REACH
 from tilesnav_ref.cells.merge import merge_boxes
-from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.cells.mission import Mission
+from tilesnav_ref.cells.model import KIND_GROUND, CellComplex
 from tilesnav_ref.cells.portals import find_contacts, open_contacts, portal_table
 from tilesnav_ref.cells.prisms import prism_bounds, prism_corners, prisms_of_boxes
-from tilesnav_ref.cells.selection import cell_kinds, free_seeds, open_sky, select_reachable, spatial_order
+from tilesnav_ref.cells.sectors import (
+    connected_within,
+    only_sector,
+    roots_around,
+    sector_by_sector,
+    sector_order,
+    sector_places,
+)
+from tilesnav_ref.cells.selection import cell_kinds, spatial_order, start_cells
 from tilesnav_ref.cells.settings import CellError, CellSettings
 from tilesnav_ref.cells.subdivision import Progress, free_boxes, free_prisms
+from tilesnav_ref.cells.terrain import Ground
 from tilesnav_ref.scene.model import Scene
 
+Context = tuple[CellSettings, GridSizes, float]
 _LOG = logging.getLogger(__name__)
 
 
@@ -37,36 +50,17 @@ def faces_around(scene: Scene, domain: NDArray[np.int64], sizes: GridSizes) -> F
     return make_buckets(np.ascontiguousarray(corners[near]), box, 4 * sizes.min_size)
 
 
-def reachable_voxels(
-    buckets: FaceBuckets, domain: NDArray[np.int64], context: tuple[CellSettings, GridSizes, float]
-) -> VoxelFlood:
-    """Voxels of the domain with those reached that the settings ask for."""
-    settings, sizes, _ = context
-    flood = clear_voxels(buckets, domain, sizes.min_size // 4, sizes.clearance, settings.threads)
-    states = flood.states
-    if settings.keep_interiors:
-        states[states == CLEAR] = REACHED
-    elif settings.seeds == "sky":
-        tops = np.argwhere(states[:, :, -1] == CLEAR)
-        starts = np.column_stack((tops, np.full(len(tops), states.shape[2] - 1)))
-        columns = np.stack(
-            (flood.origin + starts * flood.size, flood.origin + (starts + 1) * flood.size), axis=1
-        )
-        spread(states, starts[open_sky(columns, buckets, sizes.clearance)])
-    else:
-        flood_from_points(flood, buckets, free_seeds(buckets, domain, context), sizes.clearance)
-    return flood
-
-
 def _free_cells(
     buckets: FaceBuckets,
     roots: NDArray[np.int64],
     flood: VoxelFlood,
-    context: tuple[CellSettings, GridSizes, float],
+    context: Context,
     progress: Progress | None,
 ) -> NDArray[np.int64]:
     """Prisms (P, 11) of the free space by the method of the settings, joined where it joins."""
-    settings, sizes, step = context
+    settings, sizes, _ = context
+    if settings.mission == "ground":  # tiles on slopes are small, and each of them is a part of the way
+        settings = replace(settings, cell_price=0.0)
     if settings.method == "prisms":
         prisms = free_prisms(buckets, roots, flood, (sizes, settings), progress)
         prisms = join_prisms(prisms, sizes.max_size, sizes.clearance, buckets)
@@ -75,15 +69,58 @@ def _free_cells(
         if settings.method == "boxes":
             boxes = merge_boxes(boxes, sizes.max_size, buckets if sizes.clearance == 0 else None)
         prisms = prisms_of_boxes(boxes)
+    return prisms
+
+
+def _mission(scene: Scene, settings: CellSettings, sizes: GridSizes, ground: Ground) -> Space:
+    if settings.mission == "ground":
+        return GroundMission(scene, settings, sizes, ground)
+    return Mission(settings, sizes, scene.step, ground)
+
+
+def _mission_cells(
+    buckets: FaceBuckets,
+    space: tuple[NDArray[np.int64], NDArray[np.int64], VoxelFlood],
+    mission: Space,
+    context: Context,
+    progress: Progress | None,
+) -> NDArray[np.int64]:
+    """Prisms (P, 11) of a mission, joined within each sector; with sectors, progress counts their roots.
+
+    ``space`` is the roots, the whole domain, and the voxels that are reached in the domain of all roots. A
+    sector has voxels of its own, so that its cells do not depend on what is far away.
+    """
+    settings, sizes, step = context
+    roots, whole, flood = space
+    done = 0
+
+    def divide(part: NDArray[np.int64], domain: NDArray[np.int64]) -> NDArray[np.int64]:
+        nonlocal done
+        if sizes.sector == 0:
+            return _free_cells(buckets, part, flood, context, progress)
+        near = flood_space(buckets, (domain, whole), mission, context)
+        prisms = _free_cells(buckets, part, near, context, None)
+        done += len(part)
+        if progress is not None:
+            progress(done, len(roots))
+        return prisms
+
+    prisms = sector_by_sector(roots, sizes.sector, settings.sector, divide)
     if len(prisms) == 0:
-        reached = np.count_nonzero(flood.states == REACHED) * (flood.size * step) ** 3
         domain = np.stack((roots[:, 0].min(axis=0), roots[:, 1].max(axis=0)))
         raise CellError(
             f"no free space: no cell of {sizes.min_size * step} m with a clearance of "
-            f"{sizes.clearance * step} m fits into the domain {(domain * step).tolist()} m, of which about "
-            f"{reached:.4g} m3 are connected to {'the sky' if settings.seeds == 'sky' else 'the seeds'}"
+            f"{sizes.clearance * step} m fits into the domain {(domain * step).tolist()} m and is connected "
+            f"to {'the sky' if settings.seeds == 'sky' else 'the seeds'}"
         )
-    return prisms
+    return prisms[mission.keep(prism_bounds(prisms))] if isinstance(mission, Mission) else prisms
+
+
+def _kinds(prisms: NDArray[np.int64], buckets: FaceBuckets, context: Context) -> NDArray[np.uint8]:
+    settings, sizes, _ = context
+    if settings.mission == "ground":
+        return np.full(len(prisms), KIND_GROUND, np.uint8)
+    return cell_kinds(prisms, buckets, sizes.ground_height, settings.ground_slope)
 
 
 def decompose(
@@ -121,29 +158,38 @@ def decompose(
     """
     settings = settings or CellSettings()
     sizes = grid_sizes(settings, scene.step)
-    domain = make_domain(scene, settings, sizes)
-    buckets = faces_around(scene, domain, sizes)
-    roots = make_roots(domain, sizes, settings.max_cells)
-    domain = np.stack((roots[:, 0].min(axis=0), roots[:, 1].max(axis=0)))
     context = (settings, sizes, scene.step)
-    flood = reachable_voxels(buckets, domain, context)
-    prisms = _free_cells(buckets, roots, flood, context, progress)
+    ground = scene_ground(scene, settings)
+    mission = _mission(scene, settings, sizes, ground)
+    whole = make_domain(scene, settings, sizes, ground)
+    buckets = faces_around(scene, whole, sizes)
+    roots = make_roots(whole, sizes, settings.max_cells)
+    roots = mission.roots(roots_around(roots, sizes.sector, settings.sector, scene.step))
+    domain = np.stack((roots[:, 0].min(axis=0), roots[:, 1].max(axis=0)))
+    flood = flood_space(buckets, (domain, whole), mission, context)
+    prisms = _mission_cells(buckets, (roots, whole, flood), mission, context, progress)
     contacts = open_contacts(find_contacts(prisms), buckets if sizes.clearance == 0 else None)
-    chosen = np.flatnonzero(select_reachable(prisms, contacts, buckets, domain, context))
-    order = chosen[spatial_order(prism_bounds(prisms[chosen]))]
-    contacts, prisms = contacts.renumbered(order, len(prisms)), prisms[order]
+    places = sector_places(prism_bounds(prisms)[:, 0], sizes.sector)
+    if isinstance(mission, GroundMission):
+        cells = (prism_corners(prisms), prisms)
+        kept, contacts = mission.choose(cells, contacts, buckets, places, scene.step)
+    else:
+        starts = start_cells(prisms, mission, (roots, whole), buckets, context)
+        kept = connected_within(contacts.pairs, starts, places)
+    chosen = np.flatnonzero(kept & only_sector(places, settings.sector))
+    if len(chosen) == 0:
+        raise CellError(f"no free space: no cell is in sector {settings.sector}; allowed: another sector")
+    order, sector_offsets = sector_order(prism_bounds(prisms[chosen]), sizes.sector, spatial_order)
+    contacts, prisms = contacts.renumbered(chosen[order], len(prisms)), prisms[chosen[order]]
     offsets, targets, polygons = portal_table(contacts, len(prisms))
     polygon_offsets, polygon_vertices = contacts.polygons()
-    points = np.random.default_rng(settings.coverage_seed).integers(
-        domain[0], domain[1], size=(settings.coverage_points, 3), endpoint=True
-    )
-    coverage = measure_coverage(prisms, buckets, flood, points, (sizes.clearance, settings.threads))
+    coverage, bands = measure_coverage(prisms, (buckets, flood), domain, mission, context)
     _LOG.info("%d cells, %d portals, coverage %.4f", len(prisms), len(targets), coverage)
     bounds = prism_bounds(prisms)
     return CellComplex(
         lower=np.ascontiguousarray(bounds[:, 0]),
         upper=np.ascontiguousarray(bounds[:, 1]),
-        kinds=cell_kinds(prisms, buckets, sizes.ground_height, settings.ground_slope),
+        kinds=_kinds(prisms, buckets, context),
         portal_offsets=offsets,
         portal_targets=targets,
         portal_polygons=polygons,
@@ -152,4 +198,6 @@ def decompose(
         polygon_offsets=polygon_offsets,
         polygon_vertices=polygon_vertices,
         corners=prism_corners(prisms),
+        sector_offsets=sector_offsets,
+        bands=bands,
     )

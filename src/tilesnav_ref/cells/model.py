@@ -25,6 +25,20 @@ def box_corners(lower: NDArray[np.int64], upper: NDArray[np.int64]) -> NDArray[n
 
 
 @dataclass(frozen=True)
+class HeightBand:
+    """Coverage of a band of heights above the ground."""
+
+    lower: float
+    """m."""
+    upper: float
+    """m; infinity for the last."""
+    points: int
+    """Random points that were free, reachable and in the band."""
+    covered: int
+    """Those of them that lie in a cell."""
+
+
+@dataclass(frozen=True)
 class CellComplex:
     """Cells with corners on the grid, and their portal graph.
 
@@ -65,6 +79,11 @@ class CellComplex:
     """(N, 8, 3) grid coordinates; corner i is on the upper side of axis k where bit k of i is set. Without
     them the cells are boxes."""
 
+    sector_offsets: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    """(S + 1,) cells of sector s are ``sector_offsets[s]:sector_offsets[s + 1]``; empty: one sector."""
+    bands: tuple[HeightBand, ...] = ()
+    """Coverage by heights above the ground."""
+
     def __post_init__(self) -> None:
         """Corners of boxes where none were given; ValueError when there are others than of these cells."""
         if len(self.corners) == 0:
@@ -91,7 +110,7 @@ class CellComplex:
         return len(self.portal_targets)
 
     def select(self, numbers: NDArray[np.int64]) -> CellComplex:
-        """Some cells (ascending numbers) and the portals between them; all polygons are kept."""
+        """Some cells (ascending numbers) and the portals between them; one sector, all polygons."""
         row = np.full(self.count, -1, np.int64)
         row[numbers] = np.arange(len(numbers))
         source = row[np.repeat(np.arange(self.count), np.diff(self.portal_offsets))]
@@ -107,4 +126,5 @@ class CellComplex:
             portal_offsets=offsets,
             portal_targets=row[self.portal_targets[inside]],
             portal_polygons=self.portal_polygons[inside],
+            sector_offsets=np.zeros(0, np.int64),
         )

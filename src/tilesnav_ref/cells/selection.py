@@ -6,15 +6,13 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from tilesnav_ref.cells.buckets import FaceBuckets, boxes_with_faces
 from tilesnav_ref.cells.coverage import locate_points
 from tilesnav_ref.cells.domain import GridSizes
 from tilesnav_ref.cells.meeting import prisms_with_faces
+from tilesnav_ref.cells.mission import Mission, touches_top
 from tilesnav_ref.cells.model import KIND_AERIAL, KIND_GROUND
-from tilesnav_ref.cells.portals import Contacts
 from tilesnav_ref.cells.prisms import H0, H1, L0, L1, U0, U1, W0, W1, U, V, W, prism_bounds, prism_corners
 from tilesnav_ref.cells.settings import CellError, CellSettings
 
@@ -84,39 +82,76 @@ def _seed_cells(
     return holders
 
 
-def select_reachable(
+def line_seeds(mission: Mission, buckets: FaceBuckets, clearance: int) -> NDArray[np.int64]:
+    """Points (P, 3) of the line of a corridor from which its space is reached: those that it was given by,
+    and those between them that see no face above."""
+    given, between = mission.line_points()
+    if len(between) == 0:
+        return given
+    dots = np.stack((between - 1, between + 1), axis=1)
+    return np.concatenate((given, between[open_sky(dots, buckets, clearance)]))
+
+
+def _near_seeds(
+    points: NDArray[np.int64], domain: NDArray[np.int64], settings: CellSettings
+) -> NDArray[np.int64]:
+    """Seeds (S, 3); for a sector alone, those of them in the part of the domain that is divided."""
+    if settings.sector is None:
+        return points
+    return points[np.all((points >= domain[0]) & (points <= domain[1]), axis=1)]
+
+
+def start_cells(
     prisms: NDArray[np.int64],
-    contacts: Contacts,
+    mission: Mission,
+    space: tuple[NDArray[np.int64], NDArray[np.int64]],
     buckets: FaceBuckets,
-    domain: NDArray[np.int64],
     context: tuple[CellSettings, GridSizes, float],
 ) -> NDArray[np.bool_]:
-    """Prisms (C, 11) that contacts connect to the open sky or to the seeds; (C,) bool.
+    """Prisms (C, 11) that are kept by themselves: all, those open to the sky, or those that hold a seed.
 
-    A cell is open to the sky when its upper side lies in the top of the domain and no face is above it.
+    ``space`` is the roots (R, 2, 3) and the whole domain (2, 3). A cell is open to the sky when its upper
+    side is the upper end of the roots and no face is above it.
+
+    Returns
+    -------
+    ndarray
+        (C,) bool.
 
     Raises
     ------
     CellError
-        No cell is open to the sky, or a seed is near a face, in no cell, or outside the domain.
+        No cell is open to the sky or holds a point of the corridor's line, or a seed is near a face, in no
+        cell, or outside the domain.
     """
     settings, sizes, step = context
+    roots, whole = space
     if settings.keep_interiors:
         return np.ones(len(prisms), np.bool_)
-    if settings.seeds == "sky":
-        tops = np.flatnonzero(np.all(prism_corners(prisms)[:, 4:, 2] == domain[1, 2], axis=1))
-        starts = tops[open_sky(prism_bounds(prisms[tops]), buckets, sizes.clearance)]
-        if len(starts) == 0:
+    starts = np.zeros(len(prisms), np.bool_)
+    domain = np.stack((roots[:, 0].min(axis=0), roots[:, 1].max(axis=0)))
+    if settings.seeds != "sky":
+        seeds = _near_seeds(free_seeds(buckets, whole, context), domain, settings)
+        starts[_seed_cells(prisms, seeds, context)] = True
+    elif settings.mission == "corridor":
+        holders = locate_points(prisms, line_seeds(mission, buckets, sizes.clearance))
+        starts[holders[holders >= 0]] = True
+        if not np.any(starts):
+            raise CellError(
+                f"no free space: no cell of {len(prisms)} holds a point of the corridor that is given or "
+                "open to the sky; allowed: a line through free space, seeds, or keep_interiors"
+            )
+    else:
+        bounds = prism_bounds(prisms)
+        flat = np.all(prism_corners(prisms)[:, 4:, 2] == bounds[:, 1:, 2], axis=1)
+        tops = np.flatnonzero(flat & touches_top(bounds, roots))
+        starts[tops[open_sky(bounds[tops], buckets, sizes.clearance)]] = True
+        if not np.any(starts):
             raise CellError(
                 f"no free space: none of {len(prisms)} free cells touches the open sky at z = "
                 f"{float(domain[1, 2]) * step} m; allowed: a higher altitude_max, seeds, or keep_interiors"
             )
-    else:
-        starts = _seed_cells(prisms, free_seeds(buckets, domain, context), context)
-    first, second = contacts.pairs[:, 0], contacts.pairs[:, 1]
-    links = coo_array((np.ones(len(first), np.int8), (first, second)), shape=(len(prisms), len(prisms)))
-    _, component = connected_components(links, directed=False)
-    return np.isin(component, np.unique(component[starts]))
+    return starts
 
 
 def _below(prisms: NDArray[np.int64], height: int) -> NDArray[np.int64]:

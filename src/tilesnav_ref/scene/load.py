@@ -48,14 +48,15 @@ def load_scene(path: str | PathLike[str], settings: SceneSettings | None = None)
     settings = settings or SceneSettings()
     path = Path(path)
     clock = _Clock()
-    by_name = settings.transparent + settings.one_sided
+    by_name = settings.transparent + settings.one_sided + settings.terrain
     is_tileset = path.suffix.lower() == ".json"
     if is_tileset:
         mesh = read_tileset(path, settings.up, settings.max_faces, with_materials=bool(by_name))
     else:
         mesh = read_mesh(path, settings.max_faces, with_materials=bool(by_name))
     labels = [part.labels for part in mesh.parts]
-    kinds = part_kinds(labels, settings.transparent, settings.one_sided, str(path)) if by_name else None
+    named = (settings.transparent, settings.one_sided, str(path), settings.terrain)
+    kinds = part_kinds(labels, *named) if by_name else None
     clock.lap("read")
     vertices, faces, part = _concatenate(mesh)
     if is_tileset:
