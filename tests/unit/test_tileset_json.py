@@ -144,10 +144,11 @@ def test_same_map_same_bytes(tmp_path: Path) -> None:
 def test_no_cells_are_refused(tmp_path: Path) -> None:
     one = small_map()
     empty = np.empty((0, 3), dtype=np.int64)
+    none = replace(one.cells, lower=empty, upper=empty, corners=box_corners(empty, empty))
     with pytest.raises(EncodeError, match="no cell"):
         write_tileset(
             tmp_path,
-            replace(one, cells=replace(one.cells, lower=empty, upper=empty, corners=box_corners(empty, empty))),
+            replace(one, cells=none),
             np.empty((0, 6, 4)),
             TilesetSettings(),
         )
