@@ -101,7 +101,7 @@ def test_seed_selects_the_room_that_holds_it() -> None:
 def test_roof_over_the_domain_is_no_sky() -> None:
     scene = make_scene(ground(0, 0, 16, 16), ground(-1, -1, 17, 17, 30.0))
     settings = dataclasses.replace(SMALL, altitude_max=16.0, region=(0.0, 0.0, 16.0, 16.0))
-    with pytest.raises(CellError, match=r"about 0 m3 are connected to the sky"):
+    with pytest.raises(CellError, match=r"no cell of .* is connected to the sky"):
         decompose(scene, settings)
     with pytest.raises(CellError, match=r"none of \d+ free cells touches the open sky"):
         decompose(scene, dataclasses.replace(settings, method="boxes"))
