@@ -100,32 +100,38 @@ def _keep_near(
 
 
 @kernel
-def _greatest_nearest(piece: Floats, triangles: Floats, kept: Ints) -> float:
-    """Greatest over the corners of a piece of the square of the distance from the nearest triangle."""
-    greatest = 0.0
+def _nearest(point: Floats, triangles: Floats, boxes: Floats, kept: Ints, enough: float) -> tuple[float, int]:
+    """Square of the distance from the nearest triangle, and which it is; any that is near enough will do."""
+    least, found = np.inf, kept[0]
+    for index in kept:
+        if _box_square(point, point, boxes[index]) < least:
+            square = squared_distance(triangles[index], point)
+            if square < least:
+                least, found = square, index
+                if least <= enough:
+                    break
+    return least, found
+
+
+@kernel
+def _greatest_nearest(piece: Floats, triangles: Floats, boxes: Floats, kept: Ints, enough: float) -> float:
+    """Greatest over the corners of a piece of the square of the distance from the nearest triangle.
+
+    It is `enough` or less, and no more is said of it, where all of them are that near.
+    """
+    greatest = enough
     for corner in piece:
-        least = np.inf
-        for index in kept:
-            least = min(least, squared_distance(triangles[index], corner))
-            if least <= greatest:
-                break
-        greatest = max(greatest, least)
+        greatest = max(greatest, _nearest(corner, triangles, boxes, kept, greatest)[0])
     return greatest
 
 
 @kernel
-def _over(piece: Floats, triangles: Floats, kept: Ints) -> int:
-    """The triangle that is nearest to the middle of a piece."""
+def _middle(piece: Floats) -> Floats:
+    """Mean of the corners of a piece."""
     middle = np.zeros(3)
     for corner in piece:
         middle += corner
-    middle /= len(piece)
-    least, found = np.inf, kept[0]
-    for index in kept:
-        square = squared_distance(triangles[index], middle)
-        if square < least:
-            least, found = square, index
-    return found
+    return middle / len(piece)
 
 
 @kernel
@@ -159,11 +165,13 @@ def _cut_around(stack: Stack, top: int, piece: Floats, triangle: Floats, limit: 
 
 
 @kernel
-def _divide(stack: Stack, top: int, piece: Floats, triangles: Floats, kept: Ints, limit: float) -> int:
-    """Put the parts of a piece, which has been taken off the stack at its top, on the stack."""
+def _divide(stack: Stack, top: int, piece: Floats, triangle: Floats, limit: float) -> int:
+    """Put the parts of a piece, which has been taken off the stack at its top, on the stack.
+
+    The triangle is that nearest to the middle of the piece.
+    """
     depth = stack.depths[top] + 1
-    found = _over(piece, triangles, kept)
-    reached = _cut_around(stack, top, piece, triangles[found], limit, depth)
+    reached = _cut_around(stack, top, piece, triangle, limit, depth)
     return reached if reached > top else halve(stack, top, piece, depth)
 
 
@@ -197,6 +205,11 @@ def bound_distance(sources: Floats, triangles: Floats, floor: float) -> float:
     stack = _new_stack()
     piece = np.empty((CORNERS, 3))
     limit, bound = floor * floor, 0.0
+    for source in sources:  # a great distance that is known early saves the division of what is nearer
+        seen = _nearest(_middle(source), triangles, boxes, everything, limit)[0]
+        seen = max(seen, _greatest_nearest(source, triangles, boxes, everything, limit))
+        limit = max(limit, seen)
+    limit *= LOOSE * LOOSE
     for source in sources:
         top = push(stack, 0, source, 0)
         while top > 0:
@@ -207,11 +220,13 @@ def bound_distance(sources: Floats, triangles: Floats, floor: float) -> float:
             counts[depth], _, square = _keep_near(piece[:size], triangles, boxes, given, kept[depth])
             near = kept[depth, : counts[depth]]
             if square > limit:
-                limit = max(limit, LOOSE * LOOSE * _greatest_nearest(piece[:size], triangles, near))
+                seen = _greatest_nearest(piece[:size], triangles, boxes, near, limit / (LOOSE * LOOSE))
+                limit = max(limit, seen * LOOSE * LOOSE)
             if square <= limit or depth == DEPTH:
                 bound = max(bound, square)
             else:
-                top = _divide(stack, top, piece[:size], triangles, near, limit)
+                found = _nearest(_middle(piece[:size]), triangles, boxes, near, 0.0)[1]
+                top = _divide(stack, top, piece[:size], triangles[found], limit)
     return float(np.sqrt(bound))
 
 
@@ -263,7 +278,8 @@ def near_pairs(sources: Floats, triangles: Floats, bound: float) -> Ints:
             counts[depth], nearest, square = _keep_near(piece[:size], triangles, boxes, given, kept[depth])
             if square > limit and depth < DEPTH:
                 near = kept[depth, : counts[depth]]
-                top = _divide(stack, top, piece[:size], triangles, near, limit)
+                found = _nearest(_middle(piece[:size]), triangles, boxes, near, 0.0)[1]
+                top = _divide(stack, top, piece[:size], triangles[found], limit)
                 continue
             if chosen[nearest]:
                 continue

@@ -15,7 +15,7 @@ BORDER_WEIGHT = 4.0
 over the border: borders are few, and what is behind an opening is seen through it."""
 SPACING = 8.0
 """Distance of samples on a face in multiples of the least bound; more are taken on larger faces only."""
-PARTS = (2, 6)
+PARTS = (3, 6)
 """Least and greatest number of parts that the edges of a face are divided into for its samples."""
 
 
