@@ -13,6 +13,7 @@ from tilesnav_ref import __version__
 from tilesnav_ref.cells import CellError, CellSettings
 from tilesnav_ref.commands.sample import SIZES
 from tilesnav_ref.encode import EncodeSettings
+from tilesnav_ref.levels import LEVELS_MAX, LevelSettings
 from tilesnav_ref.lod import LodSettings
 from tilesnav_ref.scene import METRES_PER_UNIT, SceneError, SceneSettings
 from tilesnav_ref.scene.sample import DETAILS, TownSettings
@@ -66,7 +67,7 @@ def encode_settings(given: argparse.Namespace) -> EncodeSettings:
     values = {name: value for name, value in vars(given).items() if value is not None}
     if "seed" in values:
         values["coverage_seed"] = values["seed"]
-    for name in ("seeds", "transparent", "one_sided"):
+    for name in ("seeds", "transparent", "one_sided", "level_errors"):
         if name in values:
             values[name] = tuple(values[name])
     try:
@@ -75,6 +76,7 @@ def encode_settings(given: argparse.Namespace) -> EncodeSettings:
             cells=_settings(CellSettings, values),
             visibility=_settings(VisibilitySettings, values),
             lod=_settings(LodSettings, values),
+            coarse=_settings(LevelSettings, values),
             tileset=_settings(TilesetSettings, values),
             update=given.update,
         )
@@ -285,6 +287,20 @@ def _add_table_options(group: Any) -> None:
         metavar="N",
         help=f"codes ({lod.level_count})",
     )
+    levels = LevelSettings()
+    group.add_argument(
+        "--levels",
+        type=_integer(1, LEVELS_MAX),
+        metavar="N",
+        help=f"levels of the meshes: finest, median, coarse ({levels.levels})",
+    )
+    group.add_argument(
+        "--level-errors",
+        type=_numbers(None),
+        metavar="M,M",
+        help="greatest distance of median and coarse level from the finest one, m"
+        f" ({','.join(f'{error:g}' for error in levels.level_errors)})",
+    )
     group.add_argument(
         "--sector-cells",
         dest="cells_per_sector",
@@ -304,10 +320,10 @@ def _number(text: str) -> float:
     return value
 
 
-def _numbers(count: int) -> Callable[[str], tuple[float, ...]]:
+def _numbers(count: int | None) -> Callable[[str], tuple[float, ...]]:
     def convert(text: str) -> tuple[float, ...]:
         parts = text.split(",")
-        if len(parts) != count:
+        if count is not None and len(parts) != count:
             raise argparse.ArgumentTypeError(
                 f"found {text!r}; allowed: {count} numbers with commas between them"
             )

@@ -107,10 +107,12 @@ def _targets(surface: Surface, start: int, end: int) -> tuple[Ints, Floats, int]
 @kernel
 def _near(point: Floats, corners: Floats, square: float) -> bool:
     """Whether one of some triangles is within a distance of a point."""
+    near = False
     for triangle in corners:
         if squared_distance(triangle, point) <= square:
-            return True
-    return False
+            near = True
+            break
+    return near
 
 
 @kernel

@@ -5,10 +5,10 @@ and
 
     max over x in t of min over c of d(x, c)  <=  min over c of max over corners x of t of d(x, c).
 
-The right side bounds the left one and tends to it when t is divided. So a triangle is divided until the bound
-is near the greatest distance found at any corner so far, or below what matters. Where a piece is flat over a
-triangle c, it is cut along the sides of c: what lies over c is settled then, and surfaces that coincide cost as
-many pieces as they have faces, however they are divided.
+The right side bounds the left one and tends to it when t is divided. So a triangle is divided until the
+bound is near the greatest distance found at any corner so far, or below what matters. Where a piece is flat
+over a triangle c, it is cut along the sides of c: what lies over c is settled then, and surfaces that
+coincide cost as many pieces as they have faces, however they are divided.
 
 References
 ----------
@@ -43,8 +43,8 @@ def boxes_of(triangles: Floats) -> Floats:
     for i in range(len(triangles)):
         for k in range(3):
             a, b, c = triangles[i, 0, k], triangles[i, 1, k], triangles[i, 2, k]
-            boxes[i, 0, k] = min(a, min(b, c))
-            boxes[i, 1, k] = max(a, max(b, c))
+            boxes[i, 0, k] = min(a, b, c)
+            boxes[i, 1, k] = max(a, b, c)
     return boxes
 
 
@@ -61,7 +61,7 @@ def _box_square(lower: Floats, upper: Floats, box: Floats) -> float:
 
 @kernel
 def _corner_square(piece: Floats, triangle: Floats, limit: float) -> float:
-    """Greatest square of the distance of a corner of a piece from a triangle; any larger one beyond a limit."""
+    """Greatest square of the distance of a corner from a triangle; any larger one beyond a limit."""
     worst = 0.0
     for corner in piece:
         worst = max(worst, squared_distance(triangle, corner))
@@ -76,7 +76,8 @@ def _keep_near(
 ) -> tuple[int, int, float]:
     """Find the triangle nearest to all of a piece, and all that are nearest to some point of it.
 
-    Returns the number of those kept, the nearest, and the greatest square of the distance of a corner from it.
+    Returns the number of those kept, the nearest, and the greatest square of the distance of a corner from
+    it.
     """
     lower, upper = np.empty(3), np.empty(3)
     for k in range(3):
@@ -172,7 +173,7 @@ def _divide(stack: Stack, top: int, piece: Floats, triangle: Floats, limit: floa
     """
     depth = stack.depths[top] + 1
     reached = _cut_around(stack, top, piece, triangle, limit, depth)
-    return reached if reached > top else halve(stack, top, piece, depth)
+    return int(reached if reached > top else halve(stack, top, piece, depth))
 
 
 @kernel
@@ -233,10 +234,12 @@ def bound_distance(sources: Floats, triangles: Floats, floor: float) -> float:
 @kernel
 def _chosen(piece: Floats, triangles: Floats, near: Ints, chosen: Ints, limit: float) -> bool:
     """Whether one of the triangles near a piece that were chosen already is near all of it."""
+    found = False
     for index in near:
         if chosen[index] and _corner_square(piece, triangles[index], limit) <= limit:
-            return True
-    return False
+            found = True
+            break
+    return found
 
 
 @kernel

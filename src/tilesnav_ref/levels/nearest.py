@@ -56,21 +56,21 @@ def squared_distance(corners: Array, point: Array) -> float:
         d4 += ac * bp
         d5 += ab * cp
         d6 += ac * cp
-    if d1 <= 0 and d2 <= 0:
-        return _square_at(corners, point, 0.0, 0.0)
-    if d3 >= 0 and d4 <= d3:
-        return _square_at(corners, point, 1.0, 0.0)
-    if d6 >= 0 and d5 <= d6:
-        return _square_at(corners, point, 0.0, 1.0)
     va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
-    if vc <= 0 and d1 >= 0 and d3 <= 0:
-        return _square_at(corners, point, d1 / (d1 - d3), 0.0)
-    if vb <= 0 and d2 >= 0 and d6 <= 0:
-        return _square_at(corners, point, 0.0, d2 / (d2 - d6))
-    if va <= 0 and d4 >= d3 and d5 >= d6:
+    v, w = 0.0, 0.0
+    if d1 <= 0 and d2 <= 0:
+        pass
+    elif d3 >= 0 and d4 <= d3:
+        v = 1.0
+    elif d6 >= 0 and d5 <= d6:
+        w = 1.0
+    elif vc <= 0 and d1 >= 0 and d3 <= 0:
+        v = d1 / (d1 - d3)
+    elif vb <= 0 and d2 >= 0 and d6 <= 0:
+        w = d2 / (d2 - d6)
+    elif va <= 0 and d4 >= d3 and d5 >= d6:
         w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
-        return _square_at(corners, point, 1.0 - w, w)
-    total = va + vb + vc
-    if not total > 0:  # no area: one of the corners is a point of the triangle
-        return _square_at(corners, point, 0.0, 0.0)
-    return _square_at(corners, point, vb / total, vc / total)
+        v = 1.0 - w
+    elif va + vb + vc > 0:  # else there is no area, and the first corner will do
+        v, w = vb / (va + vb + vc), vc / (va + vb + vc)
+    return _square_at(corners, point, v, w)  # type: ignore[no-any-return]

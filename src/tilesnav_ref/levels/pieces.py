@@ -68,7 +68,7 @@ def cut(piece: Floats, values: Floats, sign: float, out: Floats) -> int:
 
 @kernel
 def push(stack: Stack, top: int, piece: Floats, depth: int) -> int:
-    """Put a piece on the stack; one of fewer than three corners has no area and is covered by its neighbours."""
+    """Put a piece on the stack; its neighbours cover one of fewer than three corners, which has no area."""
     size = len(piece)
     if size < 3:
         return top
