@@ -15,6 +15,7 @@ from casebuilder import (
     invalid_portals,
     invalid_proofs,
     invalid_states,
+    levels,
     senses,
 )
 from casebuilder.assemble import Case
@@ -29,6 +30,7 @@ MODULES = (
     invalid_states,
     invalid_deltas,
     invalid_proofs,
+    levels,
     senses,
 )
 
