@@ -89,7 +89,7 @@ def test_a_face_map_that_readers_would_refuse_is_not_written(monkeypatch: pytest
         face_map_file(level, 0)
 
 
-def test_numbers_of_faces_are_those_of_the_file(tmp_path: Path) -> None:
+def test_numbers_of_faces_are_those_of_the_file() -> None:
     """Content 1 begins with object 2 and face 4."""
     one = coarse_map()
     level: CoarseLevel = one.coarse[0]

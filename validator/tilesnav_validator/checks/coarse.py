@@ -190,7 +190,7 @@ def error_holds(subject: Subject) -> Findings:
             limit = errors[index] - subject.tolerance
             where = f"{coarse.content.place} face {index}"
             yield Finding(where, f"a point {up[index]:.9g} m away", f"at most {limit:.9g} m")
-    return NotRefuted(f"{measured} points, seed {subject.settings.seed}" if measured else "no face map")
+    return NotRefuted(f"{measured} points, seed {subject.settings.seed}") if measured else None
 
 
 def _weights(random: np.random.Generator) -> NDArray[np.float64]:
