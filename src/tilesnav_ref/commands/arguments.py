@@ -186,6 +186,7 @@ def _add_encode(parser: argparse.ArgumentParser) -> None:
     _add_scene_options(parser.add_argument_group("scene"))
     _add_cell_options(parser.add_argument_group("cells"))
     _add_table_options(parser.add_argument_group("sets, levels and files"))
+    _add_coarse_options(parser.add_argument_group("coarse meshes"))
 
 
 def _add_scene_options(group: Any) -> None:
@@ -287,6 +288,16 @@ def _add_table_options(group: Any) -> None:
         metavar="N",
         help=f"codes ({lod.level_count})",
     )
+    group.add_argument(
+        "--sector-cells",
+        dest="cells_per_sector",
+        type=_integer(1),
+        metavar="N",
+        help=f"most cells in one nav file ({TilesetSettings().cells_per_sector})",
+    )
+
+
+def _add_coarse_options(group: Any) -> None:
     levels = LevelSettings()
     group.add_argument(
         "--levels",
@@ -300,13 +311,6 @@ def _add_table_options(group: Any) -> None:
         metavar="M,M",
         help="greatest distance of median and coarse level from the finest one, m"
         f" ({','.join(f'{error:g}' for error in levels.level_errors)})",
-    )
-    group.add_argument(
-        "--sector-cells",
-        dest="cells_per_sector",
-        type=_integer(1),
-        metavar="N",
-        help=f"most cells in one nav file ({TilesetSettings().cells_per_sector})",
     )
 
 
