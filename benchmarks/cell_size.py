@@ -15,7 +15,7 @@ import argparse
 import zlib
 from dataclasses import dataclass
 from itertools import pairwise
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,10 +100,10 @@ def measure(scene: Scene, size: float, arguments: argparse.Namespace) -> Row:
         max_size=size,
         altitude_max=arguments.altitude_max,
     )
-    begin = perf_counter()
+    begin = process_time()
     cells = decompose(scene, settings)
     pvs = compute_pvs(scene, cells, VisibilitySettings(attempts=arguments.attempts))
-    seconds = perf_counter() - begin
+    seconds = process_time() - begin
     listed, proven = len(pvs.pvs_faces), int(pvs.proven_counts.sum())
     return Row(
         size, cells.count, cells.coverage, seconds, listed / cells.count, listed / proven,
@@ -122,7 +122,7 @@ def main() -> int:
     parser.add_argument("--attempts", type=int, default=64)
     arguments = parser.parse_args()
     scene = load(arguments.scene, None)
-    print("| largest cell, m | cells | coverage | encode, s | faces a set | overestimate ", end="")
+    print("| largest cell, m | cells | coverage | processor, s | faces a set | overestimate ", end="")
     print("| hops | m | first set, bytes | bytes a metre |\n|---|---|---|---|---|---|---|---|---|---|")
     for size in arguments.sizes:
         r = measure(scene, size, arguments)

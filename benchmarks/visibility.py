@@ -52,14 +52,13 @@ class Sampler:
 
     def __init__(self, scene: Scene, cells: CellComplex) -> None:
         self.corners = np.ascontiguousarray(scene.corners() * scene.step, np.float32)
-        self.low = cells.lower * scene.step
-        self.size = (cells.upper - cells.lower) * scene.step
+        self.cells = cells.corners * scene.step
         self._embree = rtcore_scene.EmbreeScene()
         self._mesh = TriangleMesh(self._embree, self.corners)
 
     def uniform(self, rays: int) -> Found:
         """Uniform positions and directions, `rays` for each cell."""
-        return [self._uniform(cell, rays) for cell in range(len(self.low))]
+        return [self._uniform(cell, rays) for cell in range(len(self.cells))]
 
     def _uniform(self, cell: int, rays: int) -> NDArray[np.bool_]:
         random = np.random.default_rng([SEED, cell])
@@ -73,7 +72,7 @@ class Sampler:
 
     def centres(self, positions: int) -> Found:
         """Rays from some positions in the cell to the middle of every face."""
-        return [self._centres(cell, positions) for cell in range(len(self.low))]
+        return [self._centres(cell, positions) for cell in range(len(self.cells))]
 
     def _centres(self, cell: int, positions: int) -> NDArray[np.bool_]:
         random = np.random.default_rng([SEED, cell])
@@ -86,7 +85,10 @@ class Sampler:
         return found
 
     def _points(self, random: np.random.Generator, cell: int, number: int) -> NDArray[np.float32]:
-        return np.asarray(self.low[cell] + random.random((number, 3)) * self.size[cell], np.float32)
+        """Points between the corners of a cell, uniform in a box."""
+        share = random.random((number, 3))
+        weights = [np.where((i >> np.arange(3)) & 1, share, 1.0 - share).prod(axis=1) for i in range(8)]
+        return np.asarray(np.stack(weights, axis=1) @ self.cells[cell], np.float32)
 
 
 def timed(repeat: int, work: Callable[[], object]) -> tuple[float, object]:

@@ -184,16 +184,20 @@ def _counts(c: Vector, t: Vector, face: tuple[Object, Triangle], reach: Fraction
     return reach is None or _square(_sub(t, c)) < reach**2
 
 
-def halves_of_box(corners: tuple[Vector, ...], axis: int) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
-    """Corners of the parts of a box above and below the middle of an axis."""
-    low, high = min(c[axis] for c in corners), max(c[axis] for c in corners)
-    middle = (low + high) / 2
-
-    def part(ends: dict[Fraction, Fraction]) -> tuple[Vector, ...]:
-        moved = ([ends[v] if k == axis else v for k, v in enumerate(c)] for c in corners)
-        return tuple((x, y, z) for x, y, z in moved)
-
-    return part({low: middle, high: high}), part({low: low, high: middle})
+def halves_of_cell(
+    corners: tuple[Vector, ...], axis: int
+) -> tuple[tuple[Vector, ...], tuple[Vector, ...]] | None:
+    """Corners of the parts of a box or a prism above and below the middles of its four edges along an axis;
+    None where its corners are no such edges."""
+    edges: dict[tuple[Fraction, ...], list[Vector]] = {}
+    for corner in sorted(corners, key=lambda c: c[axis]):
+        edges.setdefault((*corner[:axis], *corner[axis + 1 :]), []).append(corner)
+    pairs = list(edges.values())
+    if len(pairs) != 4 or any(len(pair) != 2 for pair in pairs):
+        return None
+    middles = [((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2) for a, b in pairs]
+    above = tuple(corner for m, (_, b) in zip(middles, pairs, strict=True) for corner in (m, b))
+    return above, tuple(corner for m, (a, _) in zip(middles, pairs, strict=True) for corner in (a, m))
 
 
 def halves_of_face(face: Triangle, edge: int) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
@@ -214,15 +218,11 @@ def _is_hidden_in_halves(objects: tuple[Object, ...], corners: tuple[Vector, ...
     def blocked(some: tuple[Vector, ...], part: tuple[Vector | Point, ...]) -> bool:
         return any(blocked_by(outline, some, part) for outline in others)
 
-    cells = [halves_of_box(corners, axis) for axis in range(3)] if _is_box(corners) else []
+    cells = [halves for axis in range(3) if (halves := halves_of_cell(corners, axis))]
     faces = [halves_of_face(face, edge) for edge in range(3)]
     return any(all(blocked(half, face) for half in halves) for halves in cells) or any(
         all(blocked(corners, half) for half in halves) for halves in faces
     )
-
-
-def _is_box(corners: tuple[Vector, ...]) -> bool:
-    return len(corners) == 8 and all(len({c[axis] for c in corners}) == 2 for axis in range(3))
 
 
 @cache

@@ -16,6 +16,7 @@ from casebuilder import (
     invalid_proofs,
     invalid_states,
     levels,
+    prism_proofs,
     senses,
 )
 from casebuilder.assemble import Case
@@ -31,6 +32,7 @@ MODULES = (
     invalid_deltas,
     invalid_proofs,
     levels,
+    prism_proofs,
     senses,
 )
 

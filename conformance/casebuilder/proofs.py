@@ -24,7 +24,7 @@ from casebuilder.world import Cell, World
 
 Json = dict[str, Any]
 Region = tuple[int, ...]
-"""Lower and upper corner in units."""
+"""Lower and upper corner in units, that of a prism where its run axis begins."""
 
 COUNTS = {
     "useCount": "uses",
@@ -44,6 +44,8 @@ class Proof:
     targets: list[int]
     occluders: list[list[int]]
     cuts: list[int] = field(default_factory=lambda: [0])
+    slant: tuple[int, int, int] = (0, 0, 0)
+    """p, q and the shape of the region."""
 
 
 @dataclass
@@ -119,7 +121,9 @@ def proof_tables(proofs: Proofs) -> dict[str, NDArray[Any]]:
     occluders = list(dict.fromkeys(used))
     tables: dict[str, NDArray[Any]] = {}
     tables["cellOffsets"], tables["uses"] = _ragged(proofs.uses)
-    tables["regions"] = np.array([proof.region for proof in proofs.certificates], dtype="<i4")
+    rows = [(*proof.region, *proof.slant) for proof in proofs.certificates]
+    numbers = np.array(rows, dtype="<i4").reshape(-1, 9)
+    tables["regions"], tables["shapes"] = numbers[:, :8].copy(), numbers[:, 8].astype("u1")
     tables["targetOffsets"], tables["targets"] = _ragged([proof.targets for proof in proofs.certificates])
     tables["cutOffsets"], cuts = _ragged([proof.cuts for proof in proofs.certificates])
     tables["cuts"] = cuts.astype("u1")

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from casebuilder.assemble import Case, Files, Json, json_bytes
 from casebuilder.edits import of_first
+from casebuilder.prism_proofs import prism_cases
 from casebuilder.state import State, object_codes
 from casebuilder.valid_forms import form_cases
 from casebuilder.valid_proofs import proof_cases
@@ -365,3 +366,4 @@ def valid_cases() -> Iterator[Case]:
     yield from limit_cases()
     yield from geometry_cases()
     yield from proof_cases()
+    yield from prism_cases()

@@ -15,7 +15,14 @@ from contextlib import contextmanager
 from rich.console import Console
 
 from tilesnav_ref.cells import CellError
-from tilesnav_ref.commands.arguments import UsageError, encode_settings, parse, town_settings
+from tilesnav_ref.commands.arguments import (
+    UsageError,
+    cell_settings,
+    encode_settings,
+    parse,
+    town_settings,
+)
+from tilesnav_ref.commands.cells import cell_figures, print_cells
 from tilesnav_ref.commands.info import print_figures
 from tilesnav_ref.commands.progress import stage_lines
 from tilesnav_ref.commands.sample import write_sample
@@ -56,8 +63,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(given: Namespace, request: StopRequest) -> None:
-    if given.command == "encode":
-        _encode(given, request)
+    if given.command in ("encode", "cells"):
+        {"encode": _encode, "cells": _cells}[given.command](given, request)
     else:
         {"info": _info, "sample": _sample}[given.command](given)
 
@@ -76,6 +83,22 @@ def _encode(given: Namespace, request: StopRequest) -> None:
         found = figures(open_tileset(given.out))
         with _closed_pipe_is_no_error():
             print_figures(_Output(), found)
+
+
+def _cells(given: Namespace, request: StopRequest) -> None:
+    settings = cell_settings(given)
+    with stage_lines(Console(stderr=True), given.quiet) as show:
+
+        def progress(stage: str, done: int, total: int) -> None:
+            request.check()
+            show(stage, done, total)
+
+        found = cell_figures(given.scene, settings, given.plot, progress)
+    with _closed_pipe_is_no_error():
+        if given.json:
+            print(json.dumps(found, indent=1))
+        else:
+            print_cells(_Output(), found)
 
 
 def _info(given: Namespace) -> None:

@@ -72,7 +72,7 @@ MUTANTS = {
     "what has a point of the cell before its front is not left out": (
         "visibility/limits.py",
         "behind = behind and orientation(p, q, r, (prism[i, 0], prism[i, 1], prism[i, 2])) <= 0",
-        "if orientation(p, q, r, (x, y, z)) > 1:",
+        "behind = behind and orientation(p, q, r, (prism[i, 0], prism[i, 1], prism[i, 2])) <= 1",
         "one_sided_face_across_the_cell",
     ),
     "a segment that proves is within the range": (

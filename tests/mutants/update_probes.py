@@ -37,7 +37,7 @@ def cells_of(box: list[list[int]]) -> CellComplex:
     none = np.zeros(0, np.int64)
     return CellComplex(
         corners[:, 0], corners[:, 1], np.zeros(1, np.uint8), np.zeros(2, np.int64),
-        none, none, np.zeros((0, 4, 3), np.int64), 0, 1.0,
+        none, none, 0, 1.0,
     )  # fmt: skip
 
 

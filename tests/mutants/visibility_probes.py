@@ -38,7 +38,7 @@ def listed(triangles: list[list[tuple[int, int, int]]], boxes: list[list[list[in
     none = np.zeros(0, np.int64)
     complex_ = CellComplex(
         cells[:, 0], cells[:, 1], np.zeros(len(cells), np.uint8), np.zeros(len(cells) + 1, np.int64),
-        none, none, np.zeros((0, 4, 3), np.int64), 0, 1.0,
+        none, none, 0, 1.0,
     )  # fmt: skip
     work = VisibilitySettings(rays=1, attempts=8, depth=4, leaf_segments=0, threads=1)
     table = compute_pvs(scene_of(triangles), complex_, work)
@@ -134,7 +134,7 @@ def idle_listed(scene: Scene, max_range: float | None = None) -> list[int]:
     cells, none = np.asarray([CELL], np.int64), np.zeros(0, np.int64)
     complex_ = CellComplex(
         cells[:, 0], cells[:, 1], np.zeros(1, np.uint8), np.zeros(2, np.int64),
-        none, none, np.zeros((0, 4, 3), np.int64), 0, 1.0,
+        none, none, 0, 1.0,
     )  # fmt: skip
     work = VisibilitySettings(
         rays=1, attempts=8, depth=4, leaf_segments=0, aimed_rounds=0, threads=1, max_range=max_range

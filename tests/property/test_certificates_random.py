@@ -11,8 +11,9 @@ import pytest
 from certificate_fixture import complaints, one_certificate
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from prism_reference import corners_of
 
-from tilesnav_validator import cuttrees, proofs, shafts
+from tilesnav_validator import cuttrees, prisms, proofs, shafts
 
 Point = tuple[Fraction, Fraction, Fraction]
 Triangle = tuple[Any, Any, Any]
@@ -53,7 +54,7 @@ def means(random: np.random.Generator, corners: Any, count: int) -> Iterator[Poi
 
 
 def box_corners(low: Any, high: Any) -> list[Any]:
-    return shafts.box_corners(np.array([low]), np.array([high]))[0].tolist()
+    return prisms.box_corners(np.array([low]), np.array([high]))[0].tolist()
 
 
 def soup(random: np.random.Generator) -> tuple[list[Any], list[int], list[int]]:
@@ -81,17 +82,30 @@ def flat(face: Any) -> bool:
 
 
 @settings(max_examples=150)
-@given(seed=st.integers(0, 2**32), several=st.booleans(), cut=st.integers(0, 6))
-def test_what_is_accepted_hides(seed: int, several: bool, cut: int) -> None:
-    accepted(seed, several, 0 if several else cut)
+@given(
+    seed=st.integers(0, 2**32), several=st.booleans(), cut=st.integers(0, 6), shape=st.integers(0, 6)
+)
+def test_what_is_accepted_hides(seed: int, several: bool, cut: int, shape: int) -> None:
+    accepted(seed, several, 0 if several else cut, shape)
 
 
-def accepted(seed: int, several: bool, cut: int) -> bool:
+def region_row(random: np.random.Generator, shape: int) -> list[int]:
+    """A region before the soup, with eight numbers and its shape."""
+    row = [-8, -2, -2, int(random.choice([0, 4, 8])), 8, 8, 0, 0, shape]
+    if shape:
+        _, v = prisms.AXES[shape]
+        row[6] = row[v] + 2 * int(random.integers(-3, 3))
+        row[7] = max(row[v + 3] + 2 * int(random.integers(-4, 2)), row[6] + 2)
+        row[6] -= 4 * (row[6] == row[v] and row[7] == row[v + 3])
+    return row
+
+
+def accepted(seed: int, several: bool, cut: int, shape: int) -> bool:
     """Whether the checker accepts a random certificate; when it does, segments have been tried in vain."""
     random = np.random.default_rng(seed)
     triangles, targets, sheet = soup(random)
     triangles = [(2 * np.array(face)).tolist() for face in triangles]  # middles of edges are integers
-    region = [-8, -2, -2, int(random.integers(0, 10)), 8, 8]
+    region = region_row(random, shape)
     used = targets if several else targets[:1]
     if flat(triangles[0]) or any(flat(triangles[face]) for face in sheet):
         return False
@@ -101,15 +115,19 @@ def accepted(seed: int, several: bool, cut: int) -> bool:
         return False
     faces = [tuple(map(tuple, triangles[face])) for part in occluders for face in part]
     for target in used:
-        starts = means(random, box_corners(region[:3], region[3:]), 60)
+        starts = means(random, corners_of(region, shape), 60)
         for c, t in zip(starts, means(random, triangles[target], 60), strict=True):
             assert any(blocks(c, t, face) for face in faces), (seed, several, cut, c, t)
     return True
 
 
 def test_enough_is_accepted_and_enough_refused() -> None:
-    found = [accepted(seed, seed % 2 == 1, (seed // 2) % 7 if seed % 2 == 0 else 0) for seed in range(120)]
-    assert 20 < sum(found) < 100
+    for shapes in ((0,), (1, 2, 3, 4, 5, 6)):
+        found = [
+            accepted(seed, seed % 2 == 1, (seed // 2) % 7 if seed % 2 == 0 else 0, shapes[seed % len(shapes)])
+            for seed in range(120)
+        ]
+        assert 20 < sum(found) < 100
 
 
 CORNER = st.tuples(st.integers(-6, 12), st.integers(-6, 12), st.integers(-6, 12))
@@ -123,7 +141,7 @@ def test_cleared_edges_are_not_met(boxed: bool, target: Any, start: Any, end: An
     low, high = [0, 0, 0], [4, 4, 4]
     target = [minus(corner, (-6, 0, 0)) for corner in target]
     corners = box_corners(np.min(target, axis=0), np.max(target, axis=0)) if boxed else target
-    parts = shafts.Parts(np.array([low]), np.array([high]), np.array([corners]))
+    parts = shafts.Parts(np.array([box_corners(low, high)]), np.array([corners]))
     zero = np.zeros(1, np.int64)
     if len(shafts.open_edges(parts, zero, np.array([start]), np.array([end]))):
         return
@@ -152,7 +170,7 @@ def _reached(t: Any, x: Any, low: list[int], high: list[int]) -> bool:
 def test_parts_of_a_tree_fill_region_and_target() -> None:
     """Every point of region and target, borders of parts left out, is in exactly one leaf."""
     random = np.random.default_rng(4)
-    box, triangle = (-8, 0, 3, 8, 16, 19), (0, 0, 0, 64, 0, 0, 0, 64, 0)
+    box, triangle = (-8, 0, 3, 8, 16, 19, 0, 16), (0, 0, 0, 64, 0, 0, 0, 64, 0)
     for _ in range(20):
         codes: list[int] = []
         pending = [0]
@@ -161,15 +179,15 @@ def test_parts_of_a_tree_fill_region_and_target() -> None:
             code = int(random.integers(1, 7)) if depth < 3 and random.random() < 0.8 else 0
             codes.append(code)
             pending += [depth + 1] * (2 if code else 0)
-        parts = list(cuttrees.leaves(bytes(codes), box, triangle))
+        parts = list(cuttrees.leaves(bytes(codes), box, 0, triangle))
         volume = sum(
-            np.prod(np.subtract(part[3:], part[:3]))
+            np.prod(np.subtract(part[3:6], part[:3]))
             * abs((t[3] - t[0]) * (t[7] - t[1]) - (t[4] - t[1]) * (t[6] - t[0]))
             for part, t in parts
         )
         assert volume == 16**3 * 64**2
         for c, t in zip(
-            means(random, box_corners(box[:3], box[3:]), 10),
+            means(random, box_corners(box[:3], box[3:6]), 10),
             means(random, np.reshape(triangle, (3, 3)), 10),
             strict=True,
         ):

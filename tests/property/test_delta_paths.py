@@ -33,7 +33,6 @@ def _graph(cell_count: int, edges: set[tuple[int, int]]) -> CellComplex:
         portal_offsets=_offsets(rows),
         portal_targets=np.array([j for row in rows for j in row], dtype=np.int64),
         portal_polygons=np.array(polygons, dtype=np.int64),
-        polygons=np.zeros((len(edges), 4, 3), dtype=np.int64),
         clearance=0,
         coverage=1.0,
     )

@@ -37,7 +37,7 @@ def cells_of(boxes):
     none = np.zeros(0, np.int64)
     return CellComplex(
         boxes[:, 0], boxes[:, 1], np.zeros(len(boxes), np.uint8), np.zeros(len(boxes) + 1, np.int64),
-        none, none, np.zeros((0, 4, 3), np.int64), 0, 1.0,
+        none, none, 0, 1.0,
     )  # fmt: skip
 
 

@@ -21,10 +21,10 @@ from tilesnav_validator.subject import Faces
 from tilesnav_validator.tables import Ragged
 
 SHEET = [[(6, -0.5, 1), (6, 0.5, 1), (6, 0.5, 2)], [(6, -0.5, 1), (6, 0.5, 2), (6, -0.5, 2)]]
-REGION = [-4096, -2048, 1024, 3072, 2048, 3072]
+REGION = [-4096, -2048, 1024, 3072, 2048, 3072, 0, 0]
 """Holds both cells."""
 
-TYPES = {"regions": "<i4", "cuts": "u1"}
+TYPES = {"regions": "<i4", "shapes": "u1", "cuts": "u1"}
 COUNTED = {
     "count": "regions",
     "useCount": "uses",
@@ -42,6 +42,7 @@ def tables() -> dict[str, list[Any]]:
         "cellOffsets": [0, 2, 4],
         "uses": [0, 1, 0, 1],
         "regions": [REGION, REGION],
+        "shapes": [0, 0],
         "targetOffsets": [0, 1, 2],
         "targets": [5, 6],
         "cutOffsets": [0, 1, 4],
@@ -112,7 +113,11 @@ def one_certificate(
     occluders: list[list[int]],
     cuts: tuple[int, ...] = (0,),
 ) -> Scene:
-    """The scene of one certificate whose leaves have the occluders one after the other; a unit is a step."""
+    """The scene of one certificate whose leaves have the occluders one after the other; a unit is a step.
+
+    The region is a box of six numbers, or a prism of eight and its shape.
+    """
+    row = np.array([*region, 0, 0, 0][:9], dtype=np.int64)
     grid = np.array(triangles, dtype=np.int64).reshape(-1, 3, 3)
     ends = np.cumsum([0, *map(len, occluders)])
     found = Certificates(
@@ -121,7 +126,8 @@ def one_certificate(
         origin=np.zeros(3, np.int64),
         subdivision=0,
         uses=Ragged(np.array([0, 1]), np.array([0])),
-        regions=np.array([region], dtype=np.int64).reshape(1, 2, 3),
+        regions=row[None, :8],
+        shapes=row[8:],
         targets=Ragged(np.array([0, len(targets)]), np.array(targets, dtype=np.int64)),
         cuts=Ragged(np.array([0, len(cuts)]), np.array(cuts, dtype=np.uint8)),
         leaves=np.arange(len(occluders)),

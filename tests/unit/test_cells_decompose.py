@@ -54,8 +54,13 @@ SMALL = CellSettings(min_size=1.0, max_size=8.0, clearance=0.25, coverage_points
 
 def inside(cells: CellComplex, point: tuple[float, float, float], step: float = STEP) -> bool:
     """Whether a point (m) lies in the interior of a cell."""
-    p = np.array(point) / step
-    return bool(np.any(np.all((cells.lower < p) & (p < cells.upper), axis=1)))
+    table = planes(cells, step)
+    return bool(np.any(np.all(table[:, :, :3] @ np.array(point) + table[:, :, 3] < 0, axis=1)))
+
+
+def polygon(cells: CellComplex, number: int) -> np.ndarray:
+    """(K, 3) vertices of a portal's polygon, grid."""
+    return cells.polygon_vertices[slice(*cells.polygon_offsets[number : number + 2])]
 
 
 def test_flat_ground_leaves_everything_above_the_clearance() -> None:
@@ -96,8 +101,10 @@ def test_seed_selects_the_room_that_holds_it() -> None:
 def test_roof_over_the_domain_is_no_sky() -> None:
     scene = make_scene(ground(0, 0, 16, 16), ground(-1, -1, 17, 17, 30.0))
     settings = dataclasses.replace(SMALL, altitude_max=16.0, region=(0.0, 0.0, 16.0, 16.0))
-    with pytest.raises(CellError, match=r"none of \d+ free boxes touches the open sky"):
+    with pytest.raises(CellError, match=r"no cell of .* is connected to the sky"):
         decompose(scene, settings)
+    with pytest.raises(CellError, match=r"none of \d+ free cells touches the open sky"):
+        decompose(scene, dataclasses.replace(settings, method="boxes"))
     assert decompose(scene, dataclasses.replace(settings, keep_interiors=True)).count > 0
 
 
@@ -131,8 +138,8 @@ def test_thin_wall_with_a_door_separates_except_at_the_door(clearance: float) ->
     )
     cells = decompose(make_scene(room, left, right), settings)
     sources = np.repeat(np.arange(cells.count), np.diff(cells.portal_offsets))
-    for source, target, polygon in zip(sources, cells.portal_targets, cells.portal_polygons, strict=True):
-        low, high = cells.polygons[polygon].min(axis=0), cells.polygons[polygon].max(axis=0)
+    for source, target, number in zip(sources, cells.portal_targets, cells.portal_polygons, strict=True):
+        low, high = polygon(cells, number).min(axis=0), polygon(cells, number).max(axis=0)
         if low[0] == high[0] == 128:
             assert low[1] >= 96
             assert high[1] <= 160
@@ -172,8 +179,8 @@ def test_portal_table_is_sorted_and_symmetric() -> None:
             {(i, int(t)): int(p) for t, p in zip(targets, cells.portal_polygons[start:end], strict=True)}
         )
     assert directed
-    assert all(directed[b, a] == polygon for (a, b), polygon in directed.items())
-    assert sorted(set(directed.values())) == list(range(len(cells.polygons)))
+    assert all(directed[b, a] == number for (a, b), number in directed.items())
+    assert sorted(set(directed.values())) == list(range(cells.polygon_count))
 
 
 def test_neighbours_in_the_list_are_near_in_space() -> None:

@@ -27,6 +27,8 @@ OPTIONS = {
     "--region -5,-6,7,8": ("scene", "region", (-5.0, -6.0, 7.0, 8.0)),
     "--region -5,-6,7,9": ("cells", "region", (-5.0, -6.0, 7.0, 9.0)),
     "--cells voxel": ("cells", "method", "voxel"),
+    "--cells boxes": ("cells", "method", "boxes"),
+    "--cell-price 8": ("cells", "cell_price", 8.0),
     "--min-cell 0.5": ("cells", "min_size", 0.5),
     "--max-cell 32": ("cells", "max_size", 32.0),
     "--voxel-size 3": ("cells", "voxel_size", 3.0),

@@ -41,6 +41,24 @@ def glb(document: object, binary: bytes = b"") -> bytes:
 ACCESSOR = {"count": 3, "type": "VEC3", "componentType": 5126}
 ASSET = {"version": "2.0"}
 
+
+def used(**members: object) -> dict[str, object]:
+    """A document whose scene needs all of its buffer."""
+    return {
+        "asset": ASSET,
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{**ACCESSOR, "bufferView": 0}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"byteLength": 36}],
+        **members,
+    }
+
+
+def text(**buffer: object) -> bytes:
+    return json.dumps(used(buffers=[{"byteLength": 36, **buffer}])).encode()
+
+
 BAD = {
     "empty.ply": (b"", "file", "0 bytes"),
     "text.ply": (b"not a mesh at all\n", "header", "not a mesh"),
@@ -88,55 +106,19 @@ BAD = {
         "first chunk",
         "1000000000 bytes",
     ),
-    "list.glb": (glb([1, 2]), "JSON", "list"),
-    "buffer.glb": (glb({"asset": ASSET, "buffers": [{"byteLength": 10**10}]}), "buffers", "10000000000"),
-    "negative.glb": (glb({"asset": ASSET, "buffers": [{"byteLength": -1}]}), "buffers[0].byteLength", "-1"),
-    "zeros.glb": (
-        glb({"asset": ASSET, "accessors": [{**ACCESSOR, "count": 10**9}]}),
-        "accessors[0].count",
-        "1000000000",
-    ),
-    "typeless.glb": (glb({"asset": ASSET, "accessors": [{"count": 1}]}), "accessors[0]", "None"),
-    "draco.glb": (
-        glb({"asset": ASSET, "extensionsUsed": ["KHR_draco_mesh_compression"]}),
-        "extensionsUsed",
-        "draco",
-    ),
-    "instances.glb": (
-        glb({"asset": ASSET, "extensionsUsed": ["EXT_mesh_gpu_instancing"]}),
-        "extensionsUsed",
-        "instancing",
-    ),
-    "quantized.glb": (
-        glb(
-            {
-                "asset": ASSET,
-                "buffers": [{"byteLength": 64}],
-                "accessors": [{**ACCESSOR, "componentType": 5122, "normalized": True}],
-            },
-            bytes(64),
-        ),
-        "accessors[0]",
-        "normalized",
-    ),
+    "list.glb": (glb([1, 2]), "glTF", "[1, 2]"),
+    "buffer.glb": (glb(used(buffers=[{"byteLength": 10**9}])), "buffers[0]", "byteLength 1000000000"),
+    "negative.glb": (glb(used(buffers=[{"byteLength": -1}])), "buffers[0].byteLength", "-1"),
+    "zeros.glb": (glb(used(accessors=[{**ACCESSOR, "count": 10**9}])), "accessors[0].count", "1000000000"),
+    "typeless.glb": (glb(used(accessors=[{"count": 1}])), "accessors[0]", "no member 'componentType'"),
+    "no_data.glb": (glb(used(accessors=[ACCESSOR])), "accessors[0]", "neither bufferView nor sparse"),
+    "unknown.glb": (glb(used(extensionsRequired=["X_secret"])), "extensionsRequired[0]", "X_secret"),
     "meshless.glb": (glb({"asset": ASSET, "scenes": [{"nodes": []}], "scene": 0}), "file", "no face"),
-    "escape.gltf": (
-        json.dumps({"asset": ASSET, "buffers": [{"uri": "../../secret.bin", "byteLength": 4}]}).encode(),
-        "buffers[0].uri",
-        "secret",
-    ),
-    "absent.gltf": (
-        json.dumps({"asset": ASSET, "buffers": [{"uri": "a.bin", "byteLength": 4}]}).encode(),
-        "buffers[0].uri",
-        "a.bin",
-    ),
-    "uri.gltf": (
-        json.dumps({"asset": ASSET, "buffers": [{"uri": 7, "byteLength": 4}]}).encode(),
-        "buffers[0].uri",
-        "int",
-    ),
-    "text.gltf": (b"{", "JSON", "Expecting"),
-    "members.glb": (glb({"asset": ASSET, "buffers": {}}), "buffers", "dict"),
+    "escape.gltf": (text(uri="../../secret.bin"), "buffers[0].uri", "secret"),
+    "absent.gltf": (text(uri="a.bin"), "buffers[0].uri", "a.bin"),
+    "uri.gltf": (text(uri=7), "buffers[0].uri", "7"),
+    "text.gltf": (b"{", "file", "Expecting"),
+    "members.glb": (glb(used(buffers={})), "buffers", "an object"),
     "mesh.xyz": (b"0 0 0\n", "name", ".xyz"),
 }
 

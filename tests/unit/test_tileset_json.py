@@ -16,6 +16,7 @@ from referencing import Registry, Resource
 from test_tileset_small_map import STEP, small_map
 
 from tilesnav_ref.cells import planes
+from tilesnav_ref.cells.model import box_corners
 from tilesnav_ref.stream.glb import open_glb
 from tilesnav_ref.tileset.bounds import box_volume
 from tilesnav_ref.tileset.errors import EncodeError
@@ -143,10 +144,11 @@ def test_same_map_same_bytes(tmp_path: Path) -> None:
 def test_no_cells_are_refused(tmp_path: Path) -> None:
     one = small_map()
     empty = np.empty((0, 3), dtype=np.int64)
+    none = replace(one.cells, lower=empty, upper=empty, corners=box_corners(empty, empty))
     with pytest.raises(EncodeError, match="no cell"):
         write_tileset(
             tmp_path,
-            replace(one, cells=replace(one.cells, lower=empty, upper=empty)),
+            replace(one, cells=none),
             np.empty((0, 6, 4)),
             TilesetSettings(),
         )

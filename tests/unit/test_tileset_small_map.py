@@ -39,7 +39,8 @@ def small_cells() -> CellComplex:
         portal_offsets=np.array([0, 1, 3, 4], dtype=np.int64),
         portal_targets=np.array([1, 0, 2, 1], dtype=np.int64),
         portal_polygons=np.array([0, 0, 1, 1], dtype=np.int64),
-        polygons=np.array(squares, dtype=np.int64) * 1024,
+        polygon_offsets=np.array([0, 4, 8]),
+        polygon_vertices=np.array(squares, dtype=np.float64).reshape(-1, 3) * 1024,
         clearance=256,
         coverage=0.75,
     )

@@ -205,7 +205,6 @@ def test_a_part_of_a_complex_keeps_the_portals_within_it() -> None:
         portal_offsets=np.array([0, 1, 3, 5, 6]),
         portal_targets=np.array([1, 0, 2, 1, 3, 2]),
         portal_polygons=np.array([0, 0, 1, 1, 2, 2]),
-        polygons=np.zeros((3, 4, 3), np.int64),
     )
     part = row.select(np.array([0, 2, 3]))
     assert part.lower[:, 0].tolist() == [0, 4, 6]

@@ -17,7 +17,7 @@ from tilesnav_ref.visibility import VisibilitySettings, compute_pvs
 MUNICH = Path(__file__).resolve().parents[3] / "shared" / "data" / "munich_mesh" / "munich.ply"
 REGION = (60.0, 20.0, 150.0, 110.0)
 WORK = VisibilitySettings(rays=2000, attempts=32, threads=1)
-CELLS = CellSettings(region=REGION, altitude_max=8.0, min_size=4.0, coverage_points=1000)
+CELLS = CellSettings(region=REGION, altitude_max=8.0, min_size=4.0, coverage_points=1000, method="boxes")
 HOUSE = (128.0, 44.0, 135.0, 55.0)
 """Its box, m: 7 m x 10 m, 7 m high, beside larger ones."""
 

@@ -129,6 +129,7 @@ def test_faces_without_area_may_be_targets_beside_others(tmp_path: Path) -> None
     small.objects[2] = [[(6, 0, 1), (6, 0, 1.5), (6, 0, 2)]]
     small.members |= {
         "regions": [small.members["regions"][0]],
+        "shapes": [0],
         "targets": [4, 5, 6],
         "targetOffsets": [0, 3],
         "cuts": [0],
@@ -165,24 +166,38 @@ def test_corners_of_cells_are_not_rounded(tmp_path: Path) -> None:
     corners = regions.corners(planes, found, -10)
     exact = (Fraction(float(np.nextafter(2.0, 3))) - Fraction(0.8)) / Fraction(0.6) * 1024
     assert max(point[0] for point in corners) == exact
-    box = np.array([[[-4096, -2048, 1024], [int(exact), 2048, 3072]]])
-    assert [index for index, _ in regions.outside(corners, box)] == [0]
-    box[0, 1, 0] += 1
-    assert list(regions.outside(corners, box)) == []
+    box, shape = np.array([[-4096, -2048, 1024, int(exact), 2048, 3072, 0, 0]]), np.zeros(1, np.int64)
+    assert [index for index, _ in regions.outside(corners, box, shape)] == [0]
+    box[0, 3] += 1
+    assert list(regions.outside(corners, box, shape)) == []
 
 
-CERT = pack(tables())
+def slanted_tables() -> dict[str, list[Any]]:
+    """The tables with a prism for the second region, which is wider along y at its upper x."""
+    members = tables()
+    members["regions"] = [members["regions"][0], [*members["regions"][1][:6], -2112, 2048]]
+    return members | {"shapes": [0, 1]}
+
+
+CERTS = [pack(tables()), pack(slanted_tables())]
+
+
+def test_a_tileset_with_a_region_that_slants(tmp_path: Path) -> None:
+    small = Proven()
+    small.members = slanted_tables()
+    assert verdicts(judge(small.write(tmp_path), Settings(rays=0)))["pvs/conservative"] == "proved"
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_no_change_of_bytes_leads_to_an_error_of_the_program(tmp_path: Path, data: st.DataObject) -> None:
     small = Proven()
-    changed = bytearray(CERT)
-    start = 24 + struct.unpack_from("<Q", CERT, 8)[0] if data.draw(st.booleans()) else 0
+    cert = data.draw(st.sampled_from(CERTS))
+    changed = bytearray(cert)
+    start = 24 + struct.unpack_from("<Q", cert, 8)[0] if data.draw(st.booleans()) else 0
     for _ in range(data.draw(st.integers(1, 4))):
-        changed[data.draw(st.integers(start, len(CERT) - 1))] = data.draw(st.integers(0, 255))
-    small.cert = bytes(changed[: data.draw(st.sampled_from([len(CERT), len(CERT), len(CERT) - 8]))])
+        changed[data.draw(st.integers(start, len(cert) - 1))] = data.draw(st.integers(0, 255))
+    small.cert = bytes(changed[: data.draw(st.sampled_from([len(cert), len(cert), len(cert) - 8]))])
     result = judge(small.write(tmp_path), Settings(rays=0))
     own = {name: verdict for name, verdict in verdicts(result).items() if name.startswith("certificate/")}
     proved = verdicts(result)["pvs/conservative"] == "proved"

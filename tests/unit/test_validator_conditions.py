@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from fractions import Fraction
 from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
 from certificate_fixture import box_triangles, complaints, one_certificate
+from clipping_reference import along, box_sides, common
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tilesnav_validator import cuttrees, parity, proofs, separation, shafts
+from tilesnav_validator import cuttrees, parity, prisms, proofs, separation, shafts
 
 REGION = [0, 0, 0, 4, 4, 4]
 TARGET = [(20, 0, 0), (20, 4, 0), (20, 0, 4)]
@@ -85,7 +84,7 @@ ONLY: dict[str, list[tuple[Any, Any, Any]]] = {
 
 def open_edges(target: Any, start: list[int], end: list[int], region: list[int] | None = None) -> int:
     box = np.array(region or REGION)
-    parts = shafts.Parts(box[None, :3], box[None, 3:], np.array([target]))
+    parts = shafts.Parts(prisms.box_corners(box[None, :3], box[None, 3:]), np.array([target]))
     return len(shafts.open_edges(parts, np.zeros(1, np.int64), np.array([start]), np.array([end])))
 
 
@@ -129,11 +128,11 @@ def test_1_lines_that_pass_a_corner_closely(data: st.DataObject, far: int, sever
     low, high = ([data.draw(number) for _ in range(3)] for _ in range(2))
     low, high = np.minimum(low, high), np.maximum(low, high) + 1
     target = np.array([[data.draw(number) for _ in range(3)] for _ in range(8 if several else 3)])
-    corners = shafts.box_corners(low[None], high[None])[0]
+    corners = prisms.box_corners(low[None], high[None])[0]
     through = data.draw(st.sampled_from([*corners.tolist(), *target.tolist()]))
     way, off = (np.array([data.draw(st.integers(-9, 9)) for _ in range(3)]) for _ in range(2))
     start, end = through + far * way, through - 7 * far * way + off // 5
-    parts = shafts.Parts(low[None], high[None], target[None])
+    parts = shafts.Parts(corners[None], target[None])
     found = shafts._past_segments(parts, np.zeros(1, np.int64), start[None], end[None])
     signs = {_sign(det_of(end - start, c - start, t - start)) for c, t in product(corners, target)}
     assert found[0] == (signs in ({1}, {-1}, {0, 1}, {0, -1}))
@@ -269,18 +268,18 @@ def test_every_leaf_has_its_own_parts() -> None:
 
 
 def test_trees_are_read_in_preorder() -> None:
-    box, triangle = (0, 0, 0, 5, 4, 2), (0, 0, 0, 8, 0, 0, 0, 8, 0)
-    found = list(cuttrees.leaves(bytes([1, 4, 0, 0, 3, 0, 0]), box, triangle))
-    assert found == [
+    box, triangle = (0, 0, 0, 5, 4, 2, 0, 4), (0, 0, 0, 8, 0, 0, 0, 8, 0)
+    found = list(cuttrees.leaves(bytes([1, 4, 0, 0, 3, 0, 0]), box, 0, triangle))
+    assert [(part[:6], rest) for part, rest in found] == [
         ((2, 0, 0, 5, 4, 2), (0, 0, 0, 4, 0, 0, 0, 8, 0)),
         ((2, 0, 0, 5, 4, 2), (4, 0, 0, 8, 0, 0, 0, 8, 0)),
         ((0, 0, 1, 2, 4, 2), triangle),
         ((0, 0, 0, 2, 4, 1), triangle),
     ]
-    halves = list(cuttrees.leaves(bytes([6, 0, 0]), box, triangle))  # from corner 2 to corner 0
+    halves = list(cuttrees.leaves(bytes([6, 0, 0]), box, 0, triangle))  # from corner 2 to corner 0
     assert [part for _, part in halves] == [(0, 4, 0, 8, 0, 0, 0, 8, 0), (0, 0, 0, 8, 0, 0, 0, 4, 0)]
-    negative = list(cuttrees.leaves(bytes([2, 0, 0]), (0, -3, 0, 1, 0, 1), triangle))
-    assert [part[1::3] for part, _ in negative] == [(-2, 0), (-3, -2)]
+    negative = list(cuttrees.leaves(bytes([2, 0, 0]), (0, -3, 0, 1, 0, 1, -3, 0), 0, triangle))
+    assert [(part[1], part[4]) for part, _ in negative] == [(-2, 0), (-3, -2)]
 
 
 @pytest.mark.parametrize(
@@ -290,19 +289,19 @@ def test_trees_are_read_in_preorder() -> None:
         ([1, 0], "after 2 codes 1 parts"),
         ([0, 0], "code 1: 1 codes after"),
         ([7], "code 0: 7, with one target"),
-        ([3, 3, 0, 0, 0], "code 1: a cut across axis 2 of a box one unit wide"),
+        ([3, 3, 0, 0, 0], "code 1: a cut across axis 2 of a part that is one unit wide"),
         ([5, 5, 5, 5, 0, 0, 0, 0, 0], "code 3: the middle of edge 1 is not an integer"),
     ],
 )
 def test_what_is_no_tree(codes: list[int], said: str) -> None:
     with pytest.raises(cuttrees.TreeError, match=said):
-        list(cuttrees.leaves(bytes(codes), (0, 0, 0, 5, 4, 2), (0, 0, 0, 8, 0, 0, 0, 8, 0)))
+        list(cuttrees.leaves(bytes(codes), (0, 0, 0, 5, 4, 2, 0, 4), 0, (0, 0, 0, 8, 0, 0, 0, 8, 0)))
 
 
 @pytest.mark.parametrize("code", [1, 4])
 def test_boxes_of_several_targets_are_not_cut(code: int) -> None:
     with pytest.raises(cuttrees.TreeError, match="with several targets"):
-        list(cuttrees.leaves(bytes([code, 0, 0]), (0, 0, 0, 5, 4, 2), ()))
+        list(cuttrees.leaves(bytes([code, 0, 0]), (0, 0, 0, 5, 4, 2, 0, 4), 0, ()))
 
 
 # ------------------------------------------------------------------ keeping off, against rational clipping
@@ -312,43 +311,6 @@ POINT = st.tuples(SMALL, SMALL, SMALL)
 TRIANGLE = st.tuples(POINT, POINT, POINT).filter(
     lambda t: bool(np.cross(np.subtract(t[1], t[0]), np.subtract(t[2], t[0])).any())
 )
-HalfSpace = Callable[[tuple[Fraction, ...]], Fraction]
-
-
-def clipped(polygon: list[tuple[Fraction, ...]], inside: HalfSpace) -> list[tuple[Fraction, ...]]:
-    """Part of a convex polygon, a segment or a point where a linear function is not negative."""
-    kept = []
-    for index, here in enumerate(polygon):
-        after = polygon[(index + 1) % len(polygon)]
-        one, two = inside(here), inside(after)
-        if one >= 0:
-            kept.append(here)
-        if one * two < 0:
-            kept.append(tuple(a + one / (one - two) * (b - a) for a, b in zip(here, after, strict=True)))
-    return kept
-
-
-def common(triangle: Any, sides: list[HalfSpace], strict: list[bool]) -> bool:
-    """Whether a closed triangle has a point within half-spaces, some of them open."""
-    polygon = [tuple(map(Fraction, corner)) for corner in triangle]
-    for side in sides:
-        polygon = clipped(polygon, side)
-    if not polygon:
-        return False
-    middle = tuple(sum(axis, Fraction(0)) / len(polygon) for axis in zip(*polygon, strict=True))
-    return all(side(middle) > 0 for side, is_open in zip(sides, strict, strict=True) if is_open)
-
-
-def along(normal: Any, base: Any) -> HalfSpace:
-    return lambda p: sum(
-        (int(n) * (x - int(b)) for n, x, b in zip(normal, p, base, strict=True)), Fraction(0)
-    )
-
-
-def box_sides(low: Any, high: Any) -> list[HalfSpace]:
-    axes = np.eye(3, dtype=int)
-    return [along(axis, low) for axis in axes] + [along(-axis, high) for axis in axes]
-
 
 @settings(max_examples=300)
 @given(triangle=TRIANGLE, corners=st.tuples(POINT, POINT))

@@ -12,7 +12,7 @@ def table_of(case, work):
     none = np.zeros(0, np.int64)
     cells = CellComplex(
         case.cell_lower[None], case.cell_upper[None], np.zeros(1, np.uint8), np.zeros(2, np.int64),
-        none, none, np.zeros((0, 4, 3), np.int64), 0, 1.0,
+        none, none, 0, 1.0,
     )  # fmt: skip
     return compute_pvs(case.scene, cells, work)
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.cells.model import CellComplex, box_corners
 from tilesnav_ref.scene.analytic import SCENES
 from tilesnav_ref.tileset.certificates import certificate_file
 from tilesnav_ref.tileset.errors import EncodeError
 from tilesnav_ref.visibility import VisibilitySettings, compute_pvs
-from tilesnav_ref.visibility.certificates import Certificates, Proofs
+from tilesnav_ref.visibility.certificates import Certificates, Proofs, region_form
 from tilesnav_ref.visibility.geometry import FineFrame
 from tilesnav_ref.visibility.model import PvsTable
 
@@ -27,7 +27,7 @@ def _table(name: str, settings: VisibilitySettings) -> PvsTable:
     none = np.zeros(0, np.int64)
     cells = CellComplex(
         lower, upper, np.zeros(2, np.uint8), np.zeros(3, np.int64),
-        none, none, np.zeros((0, 4, 3), np.int64), 0, 1.0,
+        none, none, 0, 1.0,
     )  # fmt: skip
     return compute_pvs(case.scene, cells, settings)
 
@@ -122,9 +122,53 @@ def test_sectors_share_the_proofs_of_a_block() -> None:
 
 def test_a_file_larger_than_readers_accept_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     words = np.array([1, 7, 2, 1, 9], np.int32)
-    region = np.array([[0.0, 0, 0], [4, 4, 4]])
+    region = box_corners(np.zeros((1, 3), np.int64), np.full((1, 3), 4))[0].astype(np.float64)
     certificates = Certificates(FineFrame(np.zeros(3, np.int64), 4), 1, [Proofs((0,), region, words)])
     assert b"".join(certificate_file(certificates, 0, 1))[:4] == b"cert"
     monkeypatch.setattr("tilesnav_ref.tileset.certificates.COUNT_LIMIT", 1)
     with pytest.raises(EncodeError, match="certificates: count is 1; allowed: less than 1"):
         certificate_file(certificates, 0, 1)
+
+
+AXES = {1: (0, 1), 2: (1, 2), 3: (2, 0), 4: (0, 2), 5: (1, 0), 6: (2, 1)}
+
+
+def _prism(shape: int, row: list[int]) -> np.ndarray:
+    """Corners of a region by its written numbers."""
+    u, v = AXES[shape]
+    corners = box_corners(np.array([row[:3]]), np.array([row[3:6]]))[0]
+    for i in range(8):
+        if i >> u & 1:
+            corners[i, v] = row[6 + (i >> v & 1)]
+    return corners.astype(np.float64)
+
+
+@pytest.mark.parametrize("shape", AXES)
+def test_regions_are_written_in_their_one_form(shape: int) -> None:
+    _, v = AXES[shape]
+    row = [10, 20, 30, 50, 61, 72, 0, 0]
+    for p, q in ((row[v] - 7, row[v + 3]), (row[v], row[v + 3] + 7), (90, 91), (-91, -90)):
+        numbers = [*row[:6], p, q]
+        assert region_form(_prism(shape, numbers)) == (numbers, shape)
+    assert region_form(_prism(shape, [*row[:6], row[v], row[v + 3]])) == (row, 0)
+
+
+def test_corners_of_nothing_that_can_be_written_are_refused() -> None:
+    corners = _prism(1, [0, 0, 0, 8, 8, 8, -4, 9])
+    corners[7, 1] = 10.0
+    with pytest.raises(ValueError, match="no box and no prism over a trapezoid"):
+        region_form(corners)
+
+
+def test_regions_of_both_kinds_stand_in_the_tables() -> None:
+    words = np.array([1, 7, 2, 1, 9, 1, 8, 2, 1, 9], np.int32)  # two proofs of one leaf
+    box = _prism(1, [0, 0, 0, 8, 8, 8, 0, 8])
+    slanted = _prism(6, [0, 0, 0, 8, 8, 8, -4, 9])
+    frame = FineFrame(np.zeros(3, np.int64), 4)
+    made = Certificates(frame, 2, [Proofs((0,), box, words[:5]), Proofs((0, 1), slanted, words)])
+    tables = made.tables(0, 2)
+    assert tables.shapes.tolist() == [0, 6, 6]
+    assert tables.regions.tolist() == [[0, 0, 0, 8, 8, 8, 0, 0]] + [[0, 0, 0, 8, 8, 8, -4, 9]] * 2
+    data = b"".join(certificate_file(made, 1, 2))
+    numbers = np.array([0, 0, 0, 8, 8, 8, -4, 9] * 2, "<i4").tobytes()
+    assert numbers + bytes([6, 6]) in data

@@ -31,7 +31,7 @@ def sets(scene, work=WORK, box=CELL):
     none = np.zeros(0, np.int64)
     complex_ = CellComplex(
         cells[:, 0], cells[:, 1], np.zeros(len(cells), np.uint8), np.zeros(len(cells) + 1, np.int64),
-        none, none, np.zeros((0, 4, 3), np.int64), 0, 1.0,
+        none, none, 0, 1.0,
     )  # fmt: skip
     table = compute_pvs(scene, complex_, work)
     return set(table.faces_of(0).tolist()), set(table.pvs_faces[table.pvs_proven].tolist())
@@ -174,5 +174,3 @@ def test_points_are_drawn_near_their_targets_and_within_the_box(seed, near):
     assert np.array_equal(found, np.rint(found))
     reachable = (targets > box[0] + 1 - near) & (targets < box[1] - 1 + near) & (near >= 1)
     assert (np.abs(found - targets)[reachable] <= near).all()
-
-

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_validator import ragged
+from tilesnav_validator import prisms, ragged
 from tilesnav_validator.findings import Finding
 from tilesnav_validator.navfile import Layout, NavFile, TableType
 from tilesnav_validator.tables import Ragged
@@ -21,7 +21,8 @@ REACH = 2**29
 TABLES = {
     "certificates/cellOffsets": TableType("<u4", (), "cells+1"),
     "certificates/uses": TableType("<u4", (), "uses"),
-    "certificates/regions": TableType("<i4", (2, 3), "certificates"),
+    "certificates/regions": TableType("<i4", (8,), "certificates"),
+    "certificates/shapes": TableType("u1", (), "certificates"),
     "certificates/targetOffsets": TableType("<u4", (), "certificates+1"),
     "certificates/targets": TableType("<u4", (), "targets"),
     "certificates/cutOffsets": TableType("<u4", (), "certificates+1"),
@@ -68,8 +69,10 @@ class Certificates:
     subdivision : int
     uses : Ragged
         Certificates of each cell.
-    regions : ndarray of int64, shape (p, 2, 3)
-        Lower and upper corners, in units.
+    regions : ndarray of int64, shape (p, 8)
+        Lower corner, upper corner, p and q of each region, in units.
+    shapes : ndarray of int64, shape (p,)
+        Which axes a region slants along; 0 for a box.
     targets, cuts : Ragged
         Of each certificate.
     leaves : ndarray of int64, shape (l,)
@@ -84,6 +87,7 @@ class Certificates:
     subdivision: int
     uses: Ragged
     regions: IntArray
+    shapes: IntArray
     targets: Ragged
     cuts: Ragged
     leaves: IntArray
@@ -92,6 +96,10 @@ class Certificates:
     def in_units(self, grid: IntArray) -> IntArray:
         """Positions in grid steps as coordinates of this file, below 2^53 in magnitude."""
         return (grid - self.origin) << self.subdivision
+
+    def corners(self, chosen: IntArray) -> IntArray:
+        """Corners of regions, shape (k, 8, 3)."""
+        return prisms.corners(self.regions[chosen], self.shapes[chosen])
 
 
 def read(file: NavFile) -> Certificates:
@@ -107,6 +115,7 @@ def read(file: NavFile) -> Certificates:
         subdivision=int(file.json["frame"]["subdivision"]),
         uses=Ragged(table("cellOffsets"), table("uses")),
         regions=table("regions"),
+        shapes=table("shapes"),
         targets=Ragged(table("targetOffsets"), table("targets")),
         cuts=Ragged(table("cutOffsets"), file.table("certificates/cuts")),
         leaves=table("leaves"),
@@ -138,14 +147,33 @@ def number_faults(found: Certificates, face_count: int) -> Iterator[Finding]:
         yield Finding(f"{found.name} leaves[{index}]", str(found.leaves[index]), f"less than {count}")
 
 
-def coordinate_faults(found: Certificates, grid: IntArray) -> Iterator[Finding]:
-    """Regions without an inside, and coordinates that are out of reach."""
-    low, high = found.regions[:, 0], found.regions[:, 1]
-    wrong = ~(low < high).all(axis=1) | (np.abs(found.regions) >= REACH).any(axis=(1, 2))
+def region_faults(found: Certificates) -> Iterator[Finding]:
+    """Regions without an inside, out of reach, or in a form that is not theirs."""
+    for index in np.flatnonzero(found.shapes >= len(prisms.AXES)):
+        where = f"{found.name} shapes[{index}]"
+        yield Finding(where, str(found.shapes[index]), f"less than {len(prisms.AXES)}")
+    low, high, ends = found.regions[:, :3], found.regions[:, 3:6], found.regions[:, 6:]
+    wrong = ~(low < high).all(axis=1) | (np.abs(found.regions) >= REACH).any(axis=1)
     for index in np.flatnonzero(wrong):
-        measured = f"from {low[index].tolist()} to {high[index].tolist()}"
+        measured = f"from {low[index].tolist()} to {high[index].tolist()}, p and q {ends[index].tolist()}"
         allowed = "lower less than upper, magnitudes less than 2^29"
         yield Finding(f"{found.name} regions[{index}]", measured, allowed)
+    box = found.shapes == 0
+    for index in np.flatnonzero(box & ends.any(axis=1)):
+        yield Finding(f"{found.name} regions[{index}]", f"p and q {ends[index].tolist()}", "0 for a box")
+    slanted = np.flatnonzero(~box & (found.shapes < len(prisms.AXES)))
+    v = prisms.SLANTED_AXIS[found.shapes[slanted]]
+    starts = np.stack([low[slanted, v], high[slanted, v]], axis=1)
+    flat = ends[slanted, 0] >= ends[slanted, 1]
+    straight = (ends[slanted] == starts).all(axis=1)
+    for index in slanted[flat | straight]:
+        measured = f"shape {found.shapes[index]}, p and q {ends[index].tolist()}"
+        yield Finding(f"{found.name} regions[{index}]", measured, "p less than q, and a side that slants")
+
+
+def coordinate_faults(found: Certificates, grid: IntArray) -> Iterator[Finding]:
+    """What is wrong with regions, and targets that are out of reach."""
+    yield from region_faults(found)
     faces = np.unique(found.targets.values)
     corners = found.in_units(grid[faces])
     for index in np.flatnonzero((np.abs(corners) >= REACH).any(axis=(1, 2))):

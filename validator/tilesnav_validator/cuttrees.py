@@ -4,26 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from tilesnav_validator.prisms import AXES
+
 LEAF = 0
 EDGES = (4, 5, 6)
 
 Numbers = tuple[int, ...]
-"""Lower and upper corner of a box (6), or the three corners of a triangle (9)."""
+"""A prism (8, see prisms.py), or the three corners of a triangle (9)."""
 
 
 class TreeError(ValueError):
     """The codes are no tree."""
 
 
-def leaves(codes: bytes, box: Numbers, triangle: Numbers) -> Iterator[tuple[Numbers, Numbers]]:
+def leaves(
+    codes: bytes, region: Numbers, shape: int, triangle: Numbers
+) -> Iterator[tuple[Numbers, Numbers]]:
     """Yield the parts of the leaves of one tree, in order.
 
     Parameters
     ----------
     codes : bytes
         The cuts in preorder.
-    box : tuple of six int
-        Lower and upper corner of the region.
+    region : tuple of eight int
+        The region, with p and q of a box filled in.
+    shape : int
+        Which axes it slants along.
     triangle : tuple of nine int
         Corners of the target; empty where there are several targets, whose box is not cut.
 
@@ -34,36 +40,49 @@ def leaves(codes: bytes, box: Numbers, triangle: Numbers) -> Iterator[tuple[Numb
 
     Notes
     -----
-    A cut leaves at least one unit on both sides of a box, and halves the doubled area of a triangle of
-    integers. So no tree is deeper than 90 + 61 cuts, and the stack never holds more than 152 parts.
+    A cut across an axis leaves at least one unit on both sides and halves, rounding up at most, the greatest
+    width along that axis; a cut across the run axis makes no width along the slanted one greater. A cut of a
+    triangle of integers halves its doubled area. So no tree is deeper than 90 + 61 cuts, and the stack never
+    holds more than 152 parts.
     """
-    pending = [(box, triangle)]
+    pending = [(region, triangle)]
     for index, code in enumerate(codes):
         if not pending:
             raise TreeError(f"code {index}: {len(codes) - index} codes after the last leaf")
-        box, triangle = pending.pop()
+        part, triangle = pending.pop()
         if code == LEAF:
-            yield box, triangle
+            yield part, triangle
         elif code < EDGES[0] and triangle:
-            above, below = _divided(box, code - 1, index)
+            above, below = _divided(part, code - 1, AXES[shape], index)
             pending += (below, triangle), (above, triangle)
         elif code in EDGES and triangle:
             first, second = _halved(triangle, code - EDGES[0], index)
-            pending += (box, second), (box, first)
+            pending += (part, second), (part, first)
         else:
             raise TreeError(f"code {index}: {code}, with {'one target' if triangle else 'several targets'}")
     if pending:
         raise TreeError(f"after {len(codes)} codes {len(pending)} parts are without a leaf")
 
 
-def _divided(box: Numbers, axis: int, index: int) -> tuple[Numbers, Numbers]:
-    """The parts of a box above and below the middle of an axis."""
-    middle = (box[axis] + box[axis + 3]) // 2
-    if middle == box[axis]:
-        raise TreeError(f"code {index}: a cut across axis {axis} of a box one unit wide")
-    above = (*box[:axis], middle, *box[axis + 1 :])
-    below = (*box[: axis + 3], middle, *box[axis + 4 :])
-    return above, below
+def _divided(part: Numbers, axis: int, axes: tuple[int, int], index: int) -> tuple[Numbers, Numbers]:
+    """The parts of a prism above and below the middle of an axis."""
+    u, v = axes
+    middle = (part[axis] + part[axis + 3]) // 2
+    above, below = list(part), list(part)
+    above[axis] = below[axis + 3] = middle
+    narrow = middle == part[axis]
+    if axis == v:
+        above[6] = below[7] = (part[6] + part[7]) // 2
+        narrow = narrow or above[6] == part[6]
+    elif axis == u and (part[v] != part[6] or part[v + 3] != part[7]):
+        sums = part[u] + part[u + 3], part[v] + part[6], part[v + 3] + part[7]
+        if any(value % 2 for value in sums):
+            raise TreeError(f"code {index}: a cut across axis {u} through a middle that is not an integer")
+        above[v] = below[6] = sums[1] // 2
+        above[v + 3] = below[7] = sums[2] // 2
+    if narrow:
+        raise TreeError(f"code {index}: a cut across axis {axis} of a part that is one unit wide")
+    return tuple(above), tuple(below)
 
 
 def _halved(triangle: Numbers, edge: int, index: int) -> tuple[Numbers, Numbers]:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_validator import cuttrees, parity, separation, shafts
+from tilesnav_validator import cuttrees, parity, prisms, separation, shafts
 from tilesnav_validator.certfile import Certificates
 from tilesnav_validator.findings import Finding
 from tilesnav_validator.ragged import take
@@ -95,9 +95,10 @@ class Scene:
 
     def tree(self, certificate: int) -> Iterator[tuple[cuttrees.Numbers, cuttrees.Numbers]]:
         """Parts of the leaves of a certificate; raises ``TreeError`` where its codes are no tree."""
-        box = tuple(self.found.regions[certificate].ravel().tolist())
+        shape = int(self.found.shapes[certificate])
+        region = prisms.filled(self.found.regions[certificate].tolist(), shape)
         codes = self.found.cuts.row(certificate).tobytes()
-        return cuttrees.leaves(codes, box, self.triangle(certificate))
+        return cuttrees.leaves(codes, region, shape, self.triangle(certificate))
 
 
 def batches(scene: Scene) -> Iterator[Batch]:
@@ -111,14 +112,13 @@ def batches(scene: Scene) -> Iterator[Batch]:
 
 def _uncut(scene: Scene, chosen: IntArray) -> Batch:
     """Certificates of one leaf each, all with one target or all with several."""
-    low, high = scene.found.regions[chosen, 0], scene.found.regions[chosen, 1]
     if scene.single[chosen[0]]:
         faces = scene.found.targets.values[scene.found.targets.offsets[chosen]]
         target = scene.corners(faces)
     else:
         boxes = scene.target_boxes[chosen]
-        target = shafts.box_corners(boxes[:, 0], boxes[:, 1])
-    return Batch(scene.first_leaf[chosen], chosen, shafts.Parts(low, high, target))
+        target = prisms.box_corners(boxes[:, 0], boxes[:, 1])
+    return Batch(scene.first_leaf[chosen], chosen, shafts.Parts(scene.found.corners(chosen), target))
 
 
 def _cut(scene: Scene, chosen: IntArray) -> Iterator[Batch]:
@@ -126,20 +126,20 @@ def _cut(scene: Scene, chosen: IntArray) -> Iterator[Batch]:
     waiting: list[tuple[int, ...]] = []
     for certificate in chosen.tolist():
         number = int(scene.first_leaf[certificate])
-        for box, triangle in scene.tree(certificate):
-            waiting.append((number, certificate, *box, *triangle))
+        for part, triangle in scene.tree(certificate):
+            waiting.append((number, certificate, *part, *triangle))
             number += 1
             if len(waiting) == LEAVES:
-                yield _packed(waiting)
+                yield _packed(scene, waiting)
                 waiting = []
     if waiting:
-        yield _packed(waiting)
+        yield _packed(scene, waiting)
 
 
-def _packed(rows: list[tuple[int, ...]]) -> Batch:
+def _packed(scene: Scene, rows: list[tuple[int, ...]]) -> Batch:
     table = np.array(rows, dtype=np.int64)
-    parts = shafts.Parts(table[:, 2:5], table[:, 5:8], table[:, 8:].reshape(-1, 3, 3))
-    return Batch(table[:, 0], table[:, 1], parts)
+    corners = prisms.corners(table[:, 2:10], scene.found.shapes[table[:, 1]])
+    return Batch(table[:, 0], table[:, 1], shafts.Parts(corners, table[:, 10:].reshape(-1, 3, 3)))
 
 
 def flat_targets(scene: Scene) -> Iterator[Finding]:
@@ -188,11 +188,17 @@ def _group_faults(scene: Scene, batch: Batch, random: np.random.Generator) -> It
 def _meet_regions(scene: Scene, certificate: IntArray, face: IntArray) -> BoolArray:
     """Which faces meet the region of a certificate; the same pair of both is looked at once."""
     used, mine = np.unique(certificate, return_inverse=True)
-    _, number = np.unique(scene.found.regions[used].reshape(-1, 6), axis=0, return_inverse=True)
+    regions = np.column_stack([scene.found.shapes[used], scene.found.regions[used]])
+    _, number = np.unique(regions, axis=0, return_inverse=True)
     keys = number.reshape(-1)[mine] * len(scene.faces.grid) + face
     _, one, all_of = np.unique(keys, return_index=True, return_inverse=True)
-    region = scene.found.regions[certificate[one]]
-    away = separation.keep_off_open_boxes(scene.corners(face[one]), region[:, 0], region[:, 1])
+    certificate, triangles = certificate[one], scene.corners(face[one])
+    box = scene.found.shapes[certificate] == 0
+    region = scene.found.regions[certificate[box]]
+    away = np.zeros(len(box), dtype=bool)
+    away[box] = separation.keep_off_open_boxes(triangles[box], region[:, :3], region[:, 3:6])
+    corners = scene.found.corners(certificate[~box])
+    away[~box] = separation.keep_off_open_prisms(triangles[~box], corners)
     return np.asarray(~away[all_of])
 
 

@@ -1,24 +1,27 @@
 """The first condition of the parity theorem: no segment from a part of a region to a part of a target meets
 an edge.
 
-A part of the region is an open box, a part of the target is a triangle (without its border) or a closed box.
-Each test excludes the line or the segment of an edge for sure; an edge that passes none of them is *open*.
+A part of the region is an open prism, most often a box; a part of the target is a triangle (without its
+border) or a closed box. Each test excludes the line or the segment of an edge for sure; an edge that passes
+none of them is *open*.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_validator.signs import BLUR, determinant, turn
+from tilesnav_validator.prisms import box_corners
+from tilesnav_validator.signs import BLUR, determinant, filtered, turn
 
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-CORNERS = np.array([[(corner >> axis) & 1 for axis in range(3)] for corner in range(8)], dtype=bool)
-"""Which bound of each axis a corner of a box takes."""
+Bounds = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 _CHUNK = 2**14
 """Pairs of edge and leaf whose 24 or 64 determinants are computed at once: some ten megabytes an array."""
@@ -30,29 +33,36 @@ class Parts:
 
     Attributes
     ----------
-    low, high : ndarray of int64, shape (k, 3)
-        The open boxes of the region.
+    corners : ndarray of int64, shape (k, 8, 3)
+        Of the open prisms of the region; corner i is on the upper side of axis j where bit j of i is set.
     target : ndarray of int64, shape (k, 3, 3) or (k, 8, 3)
         Corners of the triangles, or of the closed boxes, of the target.
     """
 
-    low: IntArray
-    high: IntArray
+    corners: IntArray
     target: IntArray
 
-    @property
-    def corners(self) -> IntArray:
-        """Corners of the boxes of the region, shape (k, 8, 3)."""
-        return box_corners(self.low, self.high)
+    @cached_property
+    def low(self) -> IntArray:
+        """Least coordinates of the prisms, shape (k, 3)."""
+        return np.asarray(self.corners.min(axis=1))
+
+    @cached_property
+    def high(self) -> IntArray:
+        """Greatest coordinates of the prisms, shape (k, 3)."""
+        return np.asarray(self.corners.max(axis=1))
+
+    @cached_property
+    def slanted(self) -> BoolArray:
+        """Prisms that are not boxes, shape (k,)."""
+        return np.asarray((self.corners != box_corners(self.low, self.high)).any(axis=(1, 2)))
 
     def take(self, chosen: IntArray | BoolArray) -> Parts:
         """Some of the leaves."""
-        return Parts(self.low[chosen], self.high[chosen], self.target[chosen])
+        return Parts(self.corners[chosen], self.target[chosen])
 
 
-def box_corners(low: IntArray, high: IntArray) -> IntArray:
-    """Corners of boxes, shape (k, 8, 3)."""
-    return np.where(CORNERS, high[:, None], low[:, None])
+BoundsOf = Callable[[Parts, IntArray, IntArray], Bounds]
 
 
 def open_edges(parts: Parts, leaf: IntArray, start: IntArray, end: IntArray) -> IntArray:
@@ -127,16 +137,19 @@ def _behind_target(parts: Parts, leaf: IntArray, start: IntArray, end: IntArray)
 def _past_segments(parts: Parts, leaf: IntArray, start: IntArray, end: IntArray) -> BoolArray:
     """Edges whose lines all segments pass on one side."""
     cleared = np.zeros(len(leaf), dtype=bool)
-    for first in range(0, len(leaf), _CHUNK):
-        part = slice(first, first + _CHUNK)
-        cleared[part] = _one_sided(parts.take(leaf[part]), start[part], end[part])
+    slanted = parts.slanted[leaf]
+    for kind, bounds in ((~slanted, _box_bounds), (slanted, _prism_bounds)):
+        rows = np.flatnonzero(kind)
+        for first in range(0, len(rows), _CHUNK):
+            part = rows[first : first + _CHUNK]
+            cleared[part] = _one_sided(parts.take(leaf[part]), start[part], end[part], bounds)
     return cleared
 
 
-def _one_sided(parts: Parts, start: IntArray, end: IntArray) -> BoolArray:
-    """``_past_segments`` for one edge a leaf: by bounds over the box, and corner by corner where they do not
-    tell."""
-    least, most, error = _bounds(parts, start, end)
+def _one_sided(parts: Parts, start: IntArray, end: IntArray, bounds: BoundsOf) -> BoolArray:
+    """``_past_segments`` for one edge a leaf: by bounds over the prism, and corner by corner where they do
+    not tell."""
+    least, most, error = bounds(parts, start, end)
     error = error.max(axis=1)
     least, most = least.min(axis=1), most.max(axis=1)
     cleared = (least > error) | (most < -error)
@@ -150,10 +163,8 @@ def _one_sided(parts: Parts, start: IntArray, end: IntArray) -> BoolArray:
     return np.asarray(cleared)
 
 
-def _bounds(
-    parts: Parts, start: IntArray, end: IntArray
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Least and greatest determinant over the box for each corner of the target, shape (k, m), in float64,
+def _box_bounds(parts: Parts, start: IntArray, end: IntArray) -> Bounds:
+    """Least and greatest determinant over a box for each corner of the target, shape (k, m), in float64,
     and bounds of the errors.
 
     Notes
@@ -163,8 +174,9 @@ def _bounds(
     """
     along = (end - start).astype(np.float64)[:, None]
     towards = (parts.target - start[:, None]).astype(np.float64)
-    low = (parts.low - start).astype(np.float64)[:, None]
-    high = (parts.high - start).astype(np.float64)[:, None]
+    # The first and the last corner of a box have its bounds.
+    low = (parts.corners[:, 0] - start).astype(np.float64)[:, None]
+    high = (parts.corners[:, 7] - start).astype(np.float64)[:, None]
     least = np.zeros(towards.shape[:2])
     most, size = least.copy(), least.copy()
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
@@ -174,3 +186,12 @@ def _bounds(
         most += np.maximum(one, two)
         size += (np.abs(left) + np.abs(right)) * np.maximum(np.abs(low[..., i]), np.abs(high[..., i]))
     return least, most, size * BLUR
+
+
+def _prism_bounds(parts: Parts, start: IntArray, end: IntArray) -> Bounds:
+    """The same over a prism, by its corners."""
+    along = (end - start).astype(np.float64)[:, None, None]
+    towards = (parts.target - start[:, None]).astype(np.float64)[:, :, None]
+    outward = (parts.corners - start[:, None]).astype(np.float64)[:, None]
+    value, error = filtered(outward, towards, along)
+    return value.min(axis=2), value.max(axis=2), error.max(axis=2)

@@ -1,4 +1,4 @@
-"""Free space as navigation cells: boxes with exactly six planes, and the portals between them."""
+"""Free space as navigation cells: prisms and boxes with exactly six planes, and the portals between them."""
 
 from tilesnav_ref.cells.decomposition import decompose
 from tilesnav_ref.cells.model import KIND_AERIAL, KIND_GROUND, CellComplex

@@ -14,13 +14,19 @@ cell; without such points it is 0.
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.buckets import FaceBuckets, gather, make_buckets
 from tilesnav_ref.cells.flood import CLEAR, REACHED, VoxelFlood, spread
 from tilesnav_ref.cells.overlap import meets_box
+from tilesnav_ref.cells.prisms import holds_point, prism_bounds
 from tilesnav_ref.kernels import kernel
+from tilesnav_ref.processors import thread_count
+
+_POINTS_A_TASK = 20_000
 
 
 @kernel
@@ -63,6 +69,18 @@ def _joined(
 
 
 @kernel
+def _in_reached_voxel(
+    point: NDArray[np.int64], voxels: tuple[NDArray[np.int64], int, int, NDArray[np.uint8]]
+) -> bool:
+    """Whether the point's voxel is reached: its inflation is clear, so the point is free and joined to it."""
+    origin, size, _, states = voxels
+    place, inside = (point - origin) // size, True
+    for k in range(3):
+        inside = inside and 0 <= place[k] < states.shape[k]
+    return bool(inside and states[place[0], place[1], place[2]] == REACHED)
+
+
+@kernel
 def _classify(
     corners: NDArray[np.int64],
     frame: tuple[NDArray[np.int64], int, NDArray[np.int64]],
@@ -76,6 +94,9 @@ def _classify(
     marks, room = np.full(len(corners), -1, np.int64), np.empty(len(corners), np.int64)
     box, hits, normal = np.empty((2, 3), np.int64), np.empty((27, 3), np.int64), np.empty(3, np.int64)
     for p in range(len(points)):
+        if _in_reached_voxel(points[p], voxels):
+            result[p] = 2
+            continue
         box[0], box[1] = points[p] - clearance - size, points[p] + clearance + size
         near = room[: gather(frame, lists, box, (marks, p), room)]
         box[0], box[1] = points[p] - clearance, points[p] + clearance
@@ -91,7 +112,8 @@ def _classify(
 
 @kernel
 def _locate(
-    boxes: NDArray[np.int64],
+    prisms: NDArray[np.int64],
+    bounds: NDArray[np.int64],
     frame: tuple[NDArray[np.int64], int, NDArray[np.int64]],
     lists: tuple[NDArray[np.int64], NDArray[np.int64]],
     points: NDArray[np.int64],
@@ -110,23 +132,24 @@ def _locate(
         for s in range(offsets[bucket], offsets[bucket + 1]):
             b, within = members[s], True
             for k in range(3):
-                within = within and boxes[b, 0, k] <= points[p, k] <= boxes[b, 1, k]
-            if within:
+                within = within and bounds[b, 0, k] <= points[p, k] <= bounds[b, 1, k]
+            if within and holds_point(prisms[b], points[p]):
                 result[p] = b
                 break
     return result
 
 
-def locate_points(boxes: NDArray[np.int64], points: NDArray[np.int64]) -> NDArray[np.int64]:
-    """For each point (P, 3) the first closed box (B, 2, 3) that holds it, or -1; grid coordinates."""
-    if len(boxes) == 0:
+def locate_points(prisms: NDArray[np.int64], points: NDArray[np.int64]) -> NDArray[np.int64]:
+    """For each point (P, 3) the first closed prism (C, 11) that holds it, or -1; grid coordinates."""
+    if len(prisms) == 0:
         return np.full(len(points), -1, np.int64)
-    hull = np.stack((boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)))
-    size = max(int(np.max(boxes[:, 1] - boxes[:, 0])) // 2, 1)
-    # a box is sorted by its bounds, so its two corners stand for the three of a triangle
-    buckets = make_buckets(boxes[:, [0, 1, 0]], hull, size)
+    bounds = prism_bounds(prisms)
+    hull = np.stack((bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)))
+    size = max(int(np.max(bounds[:, 1] - bounds[:, 0])) // 2, 1)
+    # a cell is sorted by its bounds, so their two corners stand for the three of a triangle
+    buckets = make_buckets(bounds[:, [0, 1, 0]], hull, size)
     frame = (buckets.origin, buckets.size, buckets.shape)
-    return np.asarray(_locate(boxes, frame, (buckets.offsets, buckets.faces), points))
+    return np.asarray(_locate(prisms, bounds, frame, (buckets.offsets, buckets.faces), points))
 
 
 def flood_from_points(
@@ -144,29 +167,33 @@ def flood_from_points(
         spread(flood.states, hits[:count])
 
 
-def measure_coverage(
-    boxes: NDArray[np.int64],
-    buckets: FaceBuckets,
-    flood: VoxelFlood,
-    points: NDArray[np.int64],
-    clearance: int,
-) -> float:
-    """Share of the free and reachable points that lie in a box; see the module's notes.
+def reachable_points(
+    buckets: FaceBuckets, flood: VoxelFlood, points: NDArray[np.int64], limits: tuple[int, int]
+) -> NDArray[np.bool_]:
+    """Which points are free and reachable; see the module's notes.
 
     Parameters
     ----------
-    boxes
-        (B, 2, 3) cells.
     buckets
         Faces; their box must hold the points inflated by clearance and one voxel.
     flood
         Voxels, with REACHED set.
     points
         (P, 3) grid.
-    clearance
-        Grid steps.
+    limits
+        Clearance, grid steps; threads, 0: one for each usable processor.
+
+    Returns
+    -------
+    ndarray
+        (P,) bool.
     """
+    clearance, threads = limits
+    hull = np.stack((buckets.origin, buckets.origin + buckets.shape * buckets.size - 1))
+    buckets = make_buckets(buckets.corners, hull, 2 * flood.size)  # a point has few faces around it
     frame, lists = (buckets.origin, buckets.size, buckets.shape), (buckets.offsets, buckets.faces)
     voxels = (flood.origin, flood.size, clearance, flood.states)
-    asked = points[_classify(buckets.corners, frame, lists, voxels, points) == 2]
-    return float(np.mean(locate_points(boxes, asked) >= 0)) if len(asked) else 0.0
+    parts = np.array_split(points, max(-(-len(points) // _POINTS_A_TASK), 1))
+    with ThreadPoolExecutor(thread_count(threads)) as pool:
+        states = list(pool.map(lambda part: _classify(buckets.corners, frame, lists, voxels, part), parts))
+    return np.asarray(np.concatenate(states) == 2)

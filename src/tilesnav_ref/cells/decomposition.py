@@ -3,99 +3,46 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_ref.cells.boxes import divide_root
-from tilesnav_ref.cells.buckets import FaceBuckets, gather, make_buckets
-from tilesnav_ref.cells.coverage import flood_from_points, measure_coverage
-from tilesnav_ref.cells.domain import GridSizes, grid_sizes, make_domain, make_roots
-from tilesnav_ref.cells.flood import CLEAR, REACHED, clear_voxels, spread
+from tilesnav_ref.cells.buckets import FaceBuckets, make_buckets
+from tilesnav_ref.cells.domain import GridSizes, grid_sizes, make_domain, make_roots, scene_ground
+from tilesnav_ref.cells.driving import GroundMission
+from tilesnav_ref.cells.flood import VoxelFlood
+from tilesnav_ref.cells.heights import Space, flood_space, measure_coverage
+from tilesnav_ref.cells.joining import join_prisms
+from tilesnav_ref.cells.meeting import REACH
 from tilesnav_ref.cells.merge import merge_boxes
-from tilesnav_ref.cells.model import CellComplex
-from tilesnav_ref.cells.portals import find_contacts, open_contacts, portal_table, rectangle_polygons
-from tilesnav_ref.cells.selection import cell_kinds, open_sky, seed_points, select_reachable, spatial_order
+from tilesnav_ref.cells.mission import Mission
+from tilesnav_ref.cells.model import KIND_GROUND, CellComplex
+from tilesnav_ref.cells.portals import find_contacts, open_contacts, portal_table
+from tilesnav_ref.cells.prisms import prism_bounds, prism_corners, prisms_of_boxes
+from tilesnav_ref.cells.sectors import (
+    connected_within,
+    only_sector,
+    roots_around,
+    sector_by_sector,
+    sector_order,
+    sector_places,
+)
+from tilesnav_ref.cells.selection import cell_kinds, spatial_order, start_cells
 from tilesnav_ref.cells.settings import CellError, CellSettings
-from tilesnav_ref.kernels import kernel
-from tilesnav_ref.processors import thread_count
+from tilesnav_ref.cells.subdivision import Progress, free_boxes, free_prisms
+from tilesnav_ref.cells.terrain import Ground
 from tilesnav_ref.scene.model import Scene
 
+Context = tuple[CellSettings, GridSizes, float]
 _LOG = logging.getLogger(__name__)
-_ROOTS_A_TASK = 64
-Progress = Callable[[int, int], None]
 
 
-@kernel
-def _divide_roots(
-    corners: NDArray[np.int64],
-    frame: tuple[NDArray[np.int64], int, NDArray[np.int64]],
-    lists: tuple[NDArray[np.int64], NDArray[np.int64]],
-    roots: NDArray[np.int64],
-    sizes: tuple[int, int],
-) -> tuple[int, NDArray[np.int64]]:
-    """Free boxes of some roots (R, 2, 3); count -1 where they nest too deeply."""
-    marks, room = np.full(len(corners), -1, np.int64), np.empty(len(corners), np.int64)
-    all_found, total = np.empty((256, 2, 3), np.int64), 0
-    found, box = np.empty((64, 2, 3), np.int64), np.empty((2, 3), np.int64)
-    for r in range(len(roots)):
-        box[0], box[1] = roots[r, 0] - sizes[1], roots[r, 1] + sizes[1]
-        near = gather(frame, lists, box, (marks, r), room)
-        count, found = divide_root(corners, room[:near], roots[r], sizes, found)
-        if count < 0:
-            return -1, all_found
-        if total + count > len(all_found):
-            larger = np.empty((2 * (total + count), 2, 3), np.int64)
-            larger[:total] = all_found[:total]
-            all_found = larger
-        all_found[total : total + count] = found[:count]
-        total += count
-    return total, all_found
-
-
-def _free_boxes(
-    buckets: FaceBuckets,
-    roots: NDArray[np.int64],
-    sizes: GridSizes,
-    settings: CellSettings,
-    progress: Progress | None,
-) -> NDArray[np.int64]:
-    """All free boxes of the roots; the order depends on the roots alone, not on the threads."""
-    frame, lists = (buckets.origin, buckets.size, buckets.shape), (buckets.offsets, buckets.faces)
-    parts = [roots[start : start + _ROOTS_A_TASK] for start in range(0, len(roots), _ROOTS_A_TASK)]
-    boxes: list[NDArray[np.int64]] = []
-    total = 0
-
-    def divide(part: NDArray[np.int64]) -> NDArray[np.int64]:
-        count, found = _divide_roots(buckets.corners, frame, lists, part, (sizes.min_size, sizes.clearance))
-        if count < 0:
-            raise CellError(
-                f"boxes nest too deeply between max_size and min_size, {sizes.max_size} and {sizes.min_size} "
-                "grid steps; allowed: a smaller ratio"
-            )
-        return np.asarray(found[:count])
-
-    with ThreadPoolExecutor(thread_count(settings.threads)) as pool:
-        for done, found in enumerate(pool.map(divide, parts), start=1):
-            boxes.append(found)
-            total += len(found)
-            if total > settings.max_cells:
-                pool.shutdown(cancel_futures=True)
-                raise CellError(
-                    f"too many cells: more than {total} free boxes; allowed: max_cells = {settings.max_cells}"
-                )
-            if progress is not None:
-                progress(done, len(parts))
-    return np.concatenate(boxes)
-
-
-def _buckets_around(scene: Scene, domain: NDArray[np.int64], sizes: GridSizes) -> FaceBuckets:
+def faces_around(scene: Scene, domain: NDArray[np.int64], sizes: GridSizes) -> FaceBuckets:
     """Faces that any later question can ask for: those near the domain, below it and above it up to the
     sky."""
     corners = scene.corners()
-    margin = sizes.clearance + sizes.min_size + 1
+    margin = REACH * sizes.clearance + sizes.min_size + 3
     box = np.stack((domain[0] - margin, domain[1] + margin))
     box[0, 2] = min(box[0, 2], domain[0, 2] - sizes.ground_height - margin)
     box[1, 2] = max(box[1, 2], int(corners[:, :, 2].max()) + margin)
@@ -103,37 +50,83 @@ def _buckets_around(scene: Scene, domain: NDArray[np.int64], sizes: GridSizes) -
     return make_buckets(np.ascontiguousarray(corners[near]), box, 4 * sizes.min_size)
 
 
-def _coverage(
-    boxes: NDArray[np.int64],
+def _free_cells(
     buckets: FaceBuckets,
-    domain: NDArray[np.int64],
-    settings: CellSettings,
-    context: tuple[GridSizes, float],
-) -> float:
-    sizes, step = context
-    flood = clear_voxels(buckets, domain, sizes.min_size // 4, sizes.clearance)
-    states = flood.states
-    if settings.keep_interiors:
-        states[states == CLEAR] = REACHED
-    elif settings.seeds == "sky":
-        tops = np.argwhere(states[:, :, -1] == CLEAR)
-        starts = np.column_stack((tops, np.full(len(tops), states.shape[2] - 1)))
-        columns = np.stack(
-            (flood.origin + starts * flood.size, flood.origin + (starts + 1) * flood.size), axis=1
-        )
-        spread(states, starts[open_sky(columns, buckets, sizes.clearance)])
+    roots: NDArray[np.int64],
+    flood: VoxelFlood,
+    context: Context,
+    progress: Progress | None,
+) -> NDArray[np.int64]:
+    """Prisms (P, 11) of the free space by the method of the settings, joined where it joins."""
+    settings, sizes, _ = context
+    if settings.mission == "ground":  # tiles on slopes are small, and each of them is a part of the way
+        settings = replace(settings, cell_price=0.0)
+    if settings.method == "prisms":
+        prisms = free_prisms(buckets, roots, flood, (sizes, settings), progress)
+        prisms = join_prisms(prisms, sizes.max_size, sizes.clearance, buckets)
     else:
-        flood_from_points(flood, buckets, seed_points(settings, domain, step), sizes.clearance)
-    points = np.random.default_rng(settings.coverage_seed).integers(
-        domain[0], domain[1], size=(settings.coverage_points, 3), endpoint=True
-    )
-    return measure_coverage(boxes, buckets, flood, points, sizes.clearance)
+        boxes = free_boxes(buckets, roots, sizes, settings, progress)
+        if settings.method == "boxes":
+            boxes = merge_boxes(boxes, sizes.max_size, buckets if sizes.clearance == 0 else None)
+        prisms = prisms_of_boxes(boxes)
+    return prisms
+
+
+def _mission(scene: Scene, settings: CellSettings, sizes: GridSizes, ground: Ground) -> Space:
+    if settings.mission == "ground":
+        return GroundMission(scene, settings, sizes, ground)
+    return Mission(settings, sizes, scene.step, ground)
+
+
+def _mission_cells(
+    buckets: FaceBuckets,
+    space: tuple[NDArray[np.int64], NDArray[np.int64], VoxelFlood],
+    mission: Space,
+    context: Context,
+    progress: Progress | None,
+) -> NDArray[np.int64]:
+    """Prisms (P, 11) of a mission, joined within each sector; with sectors, progress counts their roots.
+
+    ``space`` is the roots, the whole domain, and the voxels that are reached in the domain of all roots. A
+    sector has voxels of its own, so that its cells do not depend on what is far away.
+    """
+    settings, sizes, step = context
+    roots, whole, flood = space
+    done = 0
+
+    def divide(part: NDArray[np.int64], domain: NDArray[np.int64]) -> NDArray[np.int64]:
+        nonlocal done
+        if sizes.sector == 0:
+            return _free_cells(buckets, part, flood, context, progress)
+        near = flood_space(buckets, (domain, whole), mission, context)
+        prisms = _free_cells(buckets, part, near, context, None)
+        done += len(part)
+        if progress is not None:
+            progress(done, len(roots))
+        return prisms
+
+    prisms = sector_by_sector(roots, sizes.sector, settings.sector, divide)
+    if len(prisms) == 0:
+        domain = np.stack((roots[:, 0].min(axis=0), roots[:, 1].max(axis=0)))
+        raise CellError(
+            f"no free space: no cell of {sizes.min_size * step} m with a clearance of "
+            f"{sizes.clearance * step} m fits into the domain {(domain * step).tolist()} m and is connected "
+            f"to {'the sky' if settings.seeds == 'sky' else 'the seeds'}"
+        )
+    return prisms[mission.keep(prism_bounds(prisms))] if isinstance(mission, Mission) else prisms
+
+
+def _kinds(prisms: NDArray[np.int64], buckets: FaceBuckets, context: Context) -> NDArray[np.uint8]:
+    settings, sizes, _ = context
+    if settings.mission == "ground":
+        return np.full(len(prisms), KIND_GROUND, np.uint8)
+    return cell_kinds(prisms, buckets, sizes.ground_height, settings.ground_slope)
 
 
 def decompose(
     scene: Scene, settings: CellSettings | None = None, progress: Progress | None = None
 ) -> CellComplex:
-    """Divide the free space of a scene into box cells and find their portals.
+    """Divide the free space of a scene into cells with six planes and find their portals.
 
     Parameters
     ----------
@@ -148,15 +141,15 @@ def decompose(
     -------
     CellComplex
         Cells in Morton order of their centres. Every cell inflated by ``clearance`` has an interior that
-        meets no face, interiors are disjoint, and every rectangle of positive area in which two cells touch
-        and that no face meets is a portal. The same input gives the same cells, whatever the number of
-        threads.
+        meets no face, interiors are disjoint, and every polygon of more than a square grid step in which flat
+        sides of two cells touch and that no face meets is a portal. The same input gives the same cells,
+        whatever the number of threads.
 
     Raises
     ------
     CellError
         Empty scene, region outside of it, no free space, nothing connected to the seeds, a seed near a face
-        or outside the domain, or more boxes than ``max_cells``.
+        or outside the domain, or more cells than ``max_cells``.
 
     Notes
     -----
@@ -165,34 +158,46 @@ def decompose(
     """
     settings = settings or CellSettings()
     sizes = grid_sizes(settings, scene.step)
-    domain = make_domain(scene, settings, sizes)
-    buckets = _buckets_around(scene, domain, sizes)
-    roots = make_roots(domain, sizes, settings.max_cells)
+    context = (settings, sizes, scene.step)
+    ground = scene_ground(scene, settings)
+    mission = _mission(scene, settings, sizes, ground)
+    whole = make_domain(scene, settings, sizes, ground)
+    buckets = faces_around(scene, whole, sizes)
+    roots = make_roots(whole, sizes, settings.max_cells)
+    roots = mission.roots(roots_around(roots, sizes.sector, settings.sector, scene.step))
     domain = np.stack((roots[:, 0].min(axis=0), roots[:, 1].max(axis=0)))
-    boxes = _free_boxes(buckets, roots, sizes, settings, progress)
-    if len(boxes) == 0:
-        raise CellError(
-            f"no free space: no box of {sizes.min_size * scene.step} m with a clearance of "
-            f"{sizes.clearance * scene.step} m fits into the domain {(domain * scene.step).tolist()} m"
-        )
-    walls = buckets if sizes.clearance == 0 else None
-    if settings.method == "boxes":
-        boxes = merge_boxes(boxes, sizes.max_size, walls)
-    contacts = open_contacts(find_contacts(boxes), walls)
-    boxes = boxes[select_reachable(boxes, contacts, buckets, domain, (settings, sizes, scene.step))]
-    boxes = boxes[spatial_order(boxes)]
-    contacts = open_contacts(find_contacts(boxes), walls)
-    offsets, targets, polygons = portal_table(contacts, len(boxes))
-    coverage = _coverage(boxes, buckets, domain, settings, (sizes, scene.step))
-    _LOG.info("%d cells, %d portals, coverage %.4f", len(boxes), len(targets), coverage)
+    flood = flood_space(buckets, (domain, whole), mission, context)
+    prisms = _mission_cells(buckets, (roots, whole, flood), mission, context, progress)
+    contacts = open_contacts(find_contacts(prisms), buckets if sizes.clearance == 0 else None)
+    places = sector_places(prism_bounds(prisms)[:, 0], sizes.sector)
+    if isinstance(mission, GroundMission):
+        cells = (prism_corners(prisms), prisms)
+        kept, contacts = mission.choose(cells, contacts, buckets, places, scene.step)
+    else:
+        starts = start_cells(prisms, mission, (roots, whole), buckets, context)
+        kept = connected_within(contacts.pairs, starts, places)
+    chosen = np.flatnonzero(kept & only_sector(places, settings.sector))
+    if len(chosen) == 0:
+        raise CellError(f"no free space: no cell is in sector {settings.sector}; allowed: another sector")
+    order, sector_offsets = sector_order(prism_bounds(prisms[chosen]), sizes.sector, spatial_order)
+    contacts, prisms = contacts.renumbered(chosen[order], len(prisms)), prisms[chosen[order]]
+    offsets, targets, polygons = portal_table(contacts, len(prisms))
+    polygon_offsets, polygon_vertices = contacts.polygons()
+    coverage, bands = measure_coverage(prisms, (buckets, flood), domain, mission, context)
+    _LOG.info("%d cells, %d portals, coverage %.4f", len(prisms), len(targets), coverage)
+    bounds = prism_bounds(prisms)
     return CellComplex(
-        lower=np.ascontiguousarray(boxes[:, 0]),
-        upper=np.ascontiguousarray(boxes[:, 1]),
-        kinds=cell_kinds(boxes, buckets, sizes.ground_height, settings.ground_slope),
+        lower=np.ascontiguousarray(bounds[:, 0]),
+        upper=np.ascontiguousarray(bounds[:, 1]),
+        kinds=_kinds(prisms, buckets, context),
         portal_offsets=offsets,
         portal_targets=targets,
         portal_polygons=polygons,
-        polygons=rectangle_polygons(contacts),
         clearance=sizes.clearance,
         coverage=coverage,
+        polygon_offsets=polygon_offsets,
+        polygon_vertices=polygon_vertices,
+        corners=prism_corners(prisms),
+        sector_offsets=sector_offsets,
+        bands=bands,
     )

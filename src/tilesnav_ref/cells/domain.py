@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tilesnav_ref.cells.sectors import lattice_cuts
 from tilesnav_ref.cells.settings import CellError, CellSettings
+from tilesnav_ref.cells.terrain import Ground, find_ground, level_ground
 from tilesnav_ref.scene.model import COORDINATE_LIMIT, Scene
 
 AIRSPACE_TOP = 152.4
@@ -24,6 +27,15 @@ class GridSizes:
     max_size: int
     clearance: int
     ground_height: int
+    end_width: int
+    """Least width of either end of a trapezoid."""
+    sector: int = 0
+    """Edge of a sector; 0: no sectors."""
+
+
+END_SHARE = 32
+"""A trapezoid may narrow to this part of the smallest edge, 6 cm of 2 m, or to four grid steps: far more than
+the square grid step that a facet needs, and thin enough to follow a wall into a corner."""
 
 
 def grid_sizes(settings: CellSettings, step: float) -> GridSizes:
@@ -37,6 +49,8 @@ def grid_sizes(settings: CellSettings, step: float) -> GridSizes:
         round(largest / step),
         math.ceil(settings.clearance / step),
         round(settings.ground_height / step),
+        max(round(smallest / step) // END_SHARE, 4),
+        0 if settings.sector_size is None else round(settings.sector_size / step),
     )
     if sizes.min_size < 2:
         raise CellError(
@@ -51,9 +65,26 @@ def grid_sizes(settings: CellSettings, step: float) -> GridSizes:
     return sizes
 
 
+def scene_ground(scene: Scene, settings: CellSettings) -> Ground:
+    """The ground that altitudes count from.
+
+    Raises
+    ------
+    CellError
+        The scene is empty, or the region is outside of it.
+    """
+    corners = scene.corners()
+    plan = np.stack(_horizontal_bounds(corners, settings, scene.step))
+    if settings.altitude_above == "lowest":
+        return level_ground(corners, plan)
+    return find_ground(corners, plan, scene.step, scene.terrain)
+
+
 def _horizontal_bounds(
     corners: NDArray[np.int64], settings: CellSettings, step: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    if len(corners) == 0:
+        raise CellError("the scene has no face; allowed: 1 or more")
     low, high = corners.min(axis=(0, 1))[:2], corners.max(axis=(0, 1))[:2]
     if settings.region is None:
         return low, high
@@ -72,23 +103,23 @@ def _horizontal_bounds(
     return region[:2], region[2:]
 
 
-def _vertical_bounds(heights: tuple[int, int], settings: CellSettings, step: float) -> tuple[int, int]:
-    lowest, highest = heights
+def _vertical_bounds(highest: int, ground: Ground, settings: CellSettings, step: float) -> tuple[int, int]:
+    lowest_ground, highest_ground = int(ground.low.min()), int(ground.low.max())
     if settings.altitude_max is None:
         above = round(settings.max_size / step)  # also for voxels, so that methods share one domain
-        top = min(lowest + round(AIRSPACE_TOP / step), highest + above)
+        top = min(highest_ground + round(AIRSPACE_TOP / step), highest + above)
     else:
-        top = lowest + round(settings.altitude_max / step)
-    bottom = lowest + round(settings.altitude_min / step)
-    if bottom >= top:
+        top = highest_ground + round(settings.altitude_max / step)
+    altitude_min = round(settings.altitude_min / step)
+    if highest_ground + altitude_min >= top:
         raise CellError(
-            f"altitude_min is {settings.altitude_min} m and the upper end {(top - lowest) * step} m above "
-            "the lowest point; allowed: altitude_min below the upper end"
+            f"altitude_min is {settings.altitude_min} m and the upper end {(top - highest_ground) * step} m "
+            "above the ground; allowed: altitude_min below the upper end"
         )
-    return bottom, top
+    return lowest_ground + altitude_min, top
 
 
-def make_domain(scene: Scene, settings: CellSettings, sizes: GridSizes) -> NDArray[np.int64]:
+def make_domain(scene: Scene, settings: CellSettings, sizes: GridSizes, ground: Ground) -> NDArray[np.int64]:
     """Lower and upper corner of the box in which cells may lie.
 
     Returns
@@ -101,14 +132,11 @@ def make_domain(scene: Scene, settings: CellSettings, sizes: GridSizes) -> NDArr
     CellError
         The scene is empty, the region is outside of it, or the box is thinner than a cell or leaves the grid.
     """
-    if scene.face_count == 0:
-        raise CellError("the scene has no face; allowed: 1 or more")
     corners = scene.corners()
     low, high = _horizontal_bounds(corners, settings, scene.step)
     inside = np.all((corners[:, :, :2].max(axis=1) >= low) & (corners[:, :, :2].min(axis=1) <= high), axis=1)
     chosen = corners[inside] if np.any(inside) else corners
-    heights = int(chosen[:, :, 2].min()), int(chosen[:, :, 2].max())
-    bottom, top = _vertical_bounds(heights, settings, scene.step)
+    bottom, top = _vertical_bounds(int(chosen[:, :, 2].max()), ground, settings, scene.step)
     domain = np.array([[*low, bottom], [*high, top]], dtype=np.int64)
     thin = np.flatnonzero(domain[1] - domain[0] < sizes.min_size)
     if len(thin):
@@ -137,8 +165,17 @@ def _cuts(low: int, high: int, sizes: GridSizes) -> NDArray[np.int64]:
     return cuts
 
 
+def _all_cuts(low: int, high: int, sizes: GridSizes, axis: int) -> NDArray[np.int64]:
+    """The cuts of one axis; x and y are cut at the borders of sectors, and then each sector by itself."""
+    if sizes.sector == 0 or axis == 2:
+        return _cuts(low, high, sizes)
+    borders = lattice_cuts(low, high, sizes.sector)
+    parts = [_cuts(int(a), int(b), sizes) for a, b in pairwise(borders)]
+    return np.unique(np.concatenate((*parts, borders)))
+
+
 def make_roots(domain: NDArray[np.int64], sizes: GridSizes, limit: int) -> NDArray[np.int64]:
-    """Divide the domain into boxes of at most max_size.
+    """Divide the domain into boxes of at most max_size, none across the border of a sector.
 
     Returns
     -------
@@ -150,7 +187,7 @@ def make_roots(domain: NDArray[np.int64], sizes: GridSizes, limit: int) -> NDArr
     CellError
         There are more boxes than the limit.
     """
-    axes = [_cuts(int(domain[0, k]), int(domain[1, k]), sizes) for k in range(3)]
+    axes = [_all_cuts(int(domain[0, k]), int(domain[1, k]), sizes, k) for k in range(3)]
     count = math.prod(len(cuts) - 1 for cuts in axes)
     if count > limit:
         raise CellError(f"too many cells: max_size divides the domain into {count} boxes; allowed: {limit}")

@@ -1,4 +1,4 @@
-"""Which free boxes become cells, of which kind, and in which order."""
+"""Which free prisms become cells, of which kind, and in which order."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from tilesnav_ref.cells.buckets import FaceBuckets, boxes_with_faces
 from tilesnav_ref.cells.coverage import locate_points
 from tilesnav_ref.cells.domain import GridSizes
+from tilesnav_ref.cells.meeting import prisms_with_faces
+from tilesnav_ref.cells.mission import Mission, touches_top
 from tilesnav_ref.cells.model import KIND_AERIAL, KIND_GROUND
-from tilesnav_ref.cells.portals import Contacts
+from tilesnav_ref.cells.prisms import H0, H1, L0, L1, U0, U1, W0, W1, U, V, W, prism_bounds, prism_corners
 from tilesnav_ref.cells.settings import CellError, CellSettings
 
 
@@ -48,12 +48,16 @@ def seed_points(settings: CellSettings, domain: NDArray[np.int64], step: float) 
     return np.clip(np.array(points, dtype=np.int64), domain[0], domain[1])
 
 
-def _seed_boxes(
-    boxes: NDArray[np.int64],
-    buckets: FaceBuckets,
-    domain: NDArray[np.int64],
-    context: tuple[CellSettings, GridSizes, float],
+def free_seeds(
+    buckets: FaceBuckets, domain: NDArray[np.int64], context: tuple[CellSettings, GridSizes, float]
 ) -> NDArray[np.int64]:
+    """Seeds of the settings (S, 3), which no face is near to.
+
+    Raises
+    ------
+    CellError
+        There is none, one is not in the domain, or a face is near to one.
+    """
     settings, sizes, step = context
     points = seed_points(settings, domain, step)
     reach = max(sizes.clearance, 1)
@@ -61,7 +65,14 @@ def _seed_boxes(
     if np.any(near_face):
         seed = settings.seeds[int(np.argmax(near_face))]
         raise CellError(f"seed {seed} m: a face is within {reach * step} m of it; allowed: a free point")
-    holders = locate_points(boxes, points)
+    return points
+
+
+def _seed_cells(
+    prisms: NDArray[np.int64], points: NDArray[np.int64], context: tuple[CellSettings, GridSizes, float]
+) -> NDArray[np.int64]:
+    settings, sizes, step = context
+    holders = locate_points(prisms, points)
     if np.any(holders < 0):
         seed = settings.seeds[int(np.argmax(holders < 0))]
         raise CellError(
@@ -71,50 +82,99 @@ def _seed_boxes(
     return holders
 
 
-def select_reachable(
-    boxes: NDArray[np.int64],
-    contacts: Contacts,
+def line_seeds(mission: Mission, buckets: FaceBuckets, clearance: int) -> NDArray[np.int64]:
+    """Points (P, 3) of the line of a corridor from which its space is reached: those that it was given by,
+    and those between them that see no face above."""
+    given, between = mission.line_points()
+    if len(between) == 0:
+        return given
+    dots = np.stack((between - 1, between + 1), axis=1)
+    return np.concatenate((given, between[open_sky(dots, buckets, clearance)]))
+
+
+def _near_seeds(
+    points: NDArray[np.int64], domain: NDArray[np.int64], settings: CellSettings
+) -> NDArray[np.int64]:
+    """Seeds (S, 3); for a sector alone, those of them in the part of the domain that is divided."""
+    if settings.sector is None:
+        return points
+    return points[np.all((points >= domain[0]) & (points <= domain[1]), axis=1)]
+
+
+def start_cells(
+    prisms: NDArray[np.int64],
+    mission: Mission,
+    space: tuple[NDArray[np.int64], NDArray[np.int64]],
     buckets: FaceBuckets,
-    domain: NDArray[np.int64],
     context: tuple[CellSettings, GridSizes, float],
 ) -> NDArray[np.bool_]:
-    """Boxes that contacts connect to the open sky or to the seeds; (B,) bool.
+    """Prisms (C, 11) that are kept by themselves: all, those open to the sky, or those that hold a seed.
 
-    A box is open to the sky when it touches the top of the domain and no face is above it.
+    ``space`` is the roots (R, 2, 3) and the whole domain (2, 3). A cell is open to the sky when its upper
+    side is the upper end of the roots and no face is above it.
+
+    Returns
+    -------
+    ndarray
+        (C,) bool.
 
     Raises
     ------
     CellError
-        No box is open to the sky, or a seed is near a face, in no box, or outside the domain.
+        No cell is open to the sky or holds a point of the corridor's line, or a seed is near a face, in no
+        cell, or outside the domain.
     """
     settings, sizes, step = context
+    roots, whole = space
     if settings.keep_interiors:
-        return np.ones(len(boxes), np.bool_)
-    if settings.seeds == "sky":
-        tops = np.flatnonzero(boxes[:, 1, 2] == domain[1, 2])
-        starts = tops[open_sky(boxes[tops], buckets, sizes.clearance)]
-        if len(starts) == 0:
+        return np.ones(len(prisms), np.bool_)
+    starts = np.zeros(len(prisms), np.bool_)
+    domain = np.stack((roots[:, 0].min(axis=0), roots[:, 1].max(axis=0)))
+    if settings.seeds != "sky":
+        seeds = _near_seeds(free_seeds(buckets, whole, context), domain, settings)
+        starts[_seed_cells(prisms, seeds, context)] = True
+    elif settings.mission == "corridor":
+        holders = locate_points(prisms, line_seeds(mission, buckets, sizes.clearance))
+        starts[holders[holders >= 0]] = True
+        if not np.any(starts):
             raise CellError(
-                f"no free space: none of {len(boxes)} free boxes touches the open sky at z = "
-                f"{float(domain[1, 2]) * step} m; allowed: a higher altitude_max, seeds, or keep_interiors"
+                f"no free space: no cell of {len(prisms)} holds a point of the corridor that is given or "
+                "open to the sky; allowed: a line through free space, seeds, or keep_interiors"
             )
     else:
-        starts = _seed_boxes(boxes, buckets, domain, context)
-    first, second = contacts.pairs[:, 0], contacts.pairs[:, 1]
-    links = coo_array((np.ones(len(first), np.int8), (first, second)), shape=(len(boxes), len(boxes)))
-    _, component = connected_components(links, directed=False)
-    return np.isin(component, np.unique(component[starts]))
+        bounds = prism_bounds(prisms)
+        flat = np.all(prism_corners(prisms)[:, 4:, 2] == bounds[:, 1:, 2], axis=1)
+        tops = np.flatnonzero(flat & touches_top(bounds, roots))
+        starts[tops[open_sky(bounds[tops], buckets, sizes.clearance)]] = True
+        if not np.any(starts):
+            raise CellError(
+                f"no free space: none of {len(prisms)} free cells touches the open sky at z = "
+                f"{float(domain[1, 2]) * step} m; allowed: a higher altitude_max, seeds, or keep_interiors"
+            )
+    return starts
+
+
+def _below(prisms: NDArray[np.int64], height: int) -> NDArray[np.int64]:
+    """What lies straight below the lower side of each cell down to a height; (C, 11)."""
+    below = prisms.copy()
+    flat, slanted, run = prisms[:, W] == 2, prisms[:, V] == 2, prisms[:, U] == 2
+    below[flat, W0], below[flat, W1] = prisms[flat, W0] - height, prisms[flat, W0]
+    below[run, U0], below[run, U1] = prisms[run, U0] - height, prisms[run, U0]
+    below[run, L1], below[run, H1] = prisms[run, L0], prisms[run, H0]
+    for low, high in ((L0, H0), (L1, H1)):
+        below[slanted, low], below[slanted, high] = prisms[slanted, low] - height, prisms[slanted, low]
+    return below
 
 
 def cell_kinds(
-    boxes: NDArray[np.int64], buckets: FaceBuckets, ground_height: int, ground_slope: float
+    prisms: NDArray[np.int64], buckets: FaceBuckets, ground_height: int, ground_slope: float
 ) -> NDArray[np.uint8]:
     """Kind of every cell.
 
     Parameters
     ----------
-    boxes
-        (B, 2, 3) cells, grid.
+    prisms
+        (C, 11) cells, grid.
     buckets
         Faces; their box must reach ground_height below the cells.
     ground_height
@@ -125,23 +185,21 @@ def cell_kinds(
     Returns
     -------
     ndarray
-        (B,) uint8. KIND_GROUND when a face that is no steeper than ``ground_slope`` meets the interior of
-        the box from ``ground_height`` below the cell's lower side up to that side, straight below the cell;
-        else KIND_AERIAL.
+        (C,) uint8. KIND_GROUND when a face that is no steeper than ``ground_slope`` meets the interior of
+        what lies straight below the cell's lower side, down to ``ground_height``; else KIND_AERIAL.
 
     Notes
     -----
     A mesh does not tell terrain from floors and flat roofs: cells on those are of kind ground too. What a
     ground vehicle reaches from the street follows from the portals between ground cells.
     """
-    if len(boxes) == 0 or ground_height == 0 or len(buckets.corners) == 0:
-        return np.full(len(boxes), KIND_AERIAL, np.uint8)
+    if len(prisms) == 0 or ground_height == 0 or len(buckets.corners) == 0:
+        return np.full(len(prisms), KIND_AERIAL, np.uint8)
     edges = (buckets.corners[:, 1:] - buckets.corners[:, :1]).astype(np.float64)
     normals = np.cross(edges[:, 0], edges[:, 1])
     carries = np.hypot(normals[:, 0], normals[:, 1]) <= ground_slope * np.abs(normals[:, 2])
-    below = boxes.copy()
-    below[:, 0, 2], below[:, 1, 2] = boxes[:, 0, 2] - ground_height, boxes[:, 0, 2]
-    return np.where(boxes_with_faces(buckets, below, carries), KIND_GROUND, KIND_AERIAL).astype(np.uint8)
+    on_ground = prisms_with_faces(buckets, _below(prisms, ground_height), 0, carries)
+    return np.where(on_ground, KIND_GROUND, KIND_AERIAL).astype(np.uint8)
 
 
 def spatial_order(boxes: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, NoReturn
 
 from tilesnav_ref import __version__
 from tilesnav_ref.cells import CellError, CellSettings
+from tilesnav_ref.commands.coarse_arguments import add_coarse_options
+from tilesnav_ref.commands.mission_arguments import add_mission_options
 from tilesnav_ref.commands.sample import SIZES
+from tilesnav_ref.commands.values import integer, number, numbers
 from tilesnav_ref.encode import EncodeSettings
-from tilesnav_ref.levels import LEVELS_MAX, LevelSettings
+from tilesnav_ref.levels import LevelSettings
 from tilesnav_ref.lod import LodSettings
 from tilesnav_ref.scene import METRES_PER_UNIT, SceneError, SceneSettings
 from tilesnav_ref.scene.sample import DETAILS, TownSettings
@@ -30,7 +32,7 @@ EXIT_STATUS = """exit status:
 Except for status 0, nothing is left behind and an older tileset at OUT is as it was.
 """
 
-LISTS = ("--region", "--origin", "--seed-point")
+LISTS = ("--region", "--origin", "--seed-point", "--corridor", "--sector")
 """Options whose value may begin with a minus sign and is no plain number."""
 
 
@@ -64,12 +66,7 @@ def encode_settings(given: argparse.Namespace) -> EncodeSettings:
     UsageError
         When a stage refuses its settings.
     """
-    values = {name: value for name, value in vars(given).items() if value is not None}
-    if "seed" in values:
-        values["coverage_seed"] = values["seed"]
-    for name in ("seeds", "transparent", "one_sided", "level_errors"):
-        if name in values:
-            values[name] = tuple(values[name])
+    values = _values(given)
     try:
         return EncodeSettings(
             scene=_settings(SceneSettings, values),
@@ -82,6 +79,31 @@ def encode_settings(given: argparse.Namespace) -> EncodeSettings:
         )
     except (SceneError, CellError, ValueError) as error:
         raise UsageError(str(error)) from error
+
+
+def cell_settings(given: argparse.Namespace) -> tuple[SceneSettings, CellSettings]:
+    """Make the settings of the scene and of its cells; what was not given keeps its default.
+
+    Raises
+    ------
+    UsageError
+        When a stage refuses its settings.
+    """
+    values = _values(given)
+    try:
+        return _settings(SceneSettings, values), _settings(CellSettings, values)
+    except (SceneError, CellError) as error:
+        raise UsageError(str(error)) from error
+
+
+def _values(given: argparse.Namespace) -> dict[str, Any]:
+    values = {name: value for name, value in vars(given).items() if value is not None}
+    if "seed" in values:
+        values["coverage_seed"] = values["seed"]
+    for name in ("seeds", "transparent", "one_sided", "terrain"):
+        if name in values:
+            values[name] = tuple(values[name])
+    return values
 
 
 def town_settings(given: argparse.Namespace) -> TownSettings:
@@ -121,6 +143,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"tilesnav {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_encode(_command(commands, "encode", "make a tileset of a scene"))
+    _add_cells(_command(commands, "cells", "divide the free space of a scene, and draw it"))
     _add_info(_command(commands, "info", "print the figures of a tileset"))
     _add_sample(_command(commands, "sample", "write the sample scene, a town"))
     return parser
@@ -157,19 +180,21 @@ def _add_sample(parser: argparse.ArgumentParser) -> None:
         "--size", choices=tuple(SIZES), default="small", help="a quarter of the site or all (small)"
     )
     parser.add_argument(
-        "--seed", type=_integer(0), metavar="N", help=f"start of the random numbers ({town.seed})"
+        "--seed", type=integer(0), metavar="N", help=f"start of the random numbers ({town.seed})"
     )
     parser.add_argument("--terrain", action="store_true", help="ground that rises and falls")
 
 
 def _add_encode(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", type=Path, metavar="SCENE", help="PLY, OBJ, STL, OFF, GLB or glTF file")
+    parser.add_argument(
+        "scene", type=Path, metavar="SCENE", help="PLY, OBJ, STL, OFF, GLB or glTF file, or tileset.json"
+    )
     parser.add_argument("out", type=Path, metavar="OUT", help="folder to make")
     parser.add_argument("--force", action="store_true", help="replace an older tileset at OUT when done")
     parser.add_argument("--quiet", action="store_true", help="no progress and no summary")
-    parser.add_argument("--seed", type=_integer(0), metavar="N", help="start of all random numbers")
+    parser.add_argument("--seed", type=integer(0), metavar="N", help="start of all random numbers")
     parser.add_argument(
-        "--threads", type=_integer(0), metavar="N", help="threads of each stage; 0: one for each processor"
+        "--threads", type=integer(0), metavar="N", help="threads of each stage; 0: one for each processor"
     )
     parser.add_argument(
         "--work",
@@ -186,7 +211,26 @@ def _add_encode(parser: argparse.ArgumentParser) -> None:
     _add_scene_options(parser.add_argument_group("scene"))
     _add_cell_options(parser.add_argument_group("cells"))
     _add_table_options(parser.add_argument_group("sets, levels and files"))
-    _add_coarse_options(parser.add_argument_group("coarse meshes"))
+    add_coarse_options(parser.add_argument_group("coarse meshes"))
+
+
+def _add_cells(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", type=Path, metavar="SCENE", help="PLY, OBJ, STL, OFF, GLB or glTF file")
+    parser.add_argument(
+        "--plot", type=Path, metavar="FILE", help="picture to write, .png, .svg or .pdf (extra 'plot')"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument("--quiet", action="store_true", help="no progress")
+    parser.add_argument("--seed", type=integer(0), metavar="N", help="start of the random points")
+    parser.add_argument(
+        "--coverage-points",
+        type=integer(1),
+        metavar="N",
+        help=f"random points that measure the coverage ({CellSettings().coverage_points})",
+    )
+    parser.add_argument("--threads", type=integer(0), metavar="N", help="threads; 0: one for each processor")
+    _add_scene_options(parser.add_argument_group("scene"))
+    _add_cell_options(parser.add_argument_group("cells"))
 
 
 def _add_scene_options(group: Any) -> None:
@@ -194,13 +238,13 @@ def _add_scene_options(group: Any) -> None:
     group.add_argument("--up", choices=("auto", "x", "y", "z"), help="axis of the file that points up (auto)")
     group.add_argument("--crs", help="'enu' or a coordinate system such as EPSG:25832")
     group.add_argument(
-        "--origin", type=_numbers(3), metavar="X,Y,Z", help="zero of the nav frame, or lon,lat,height"
+        "--origin", type=numbers(3), metavar="X,Y,Z", help="zero of the nav frame, or lon,lat,height"
     )
     group.add_argument(
-        "--grid", dest="grid_exponent", type=_integer(), metavar="EXP", help="step 2^EXP m (-10)"
+        "--grid", dest="grid_exponent", type=integer(), metavar="EXP", help="step 2^EXP m (-10)"
     )
     group.add_argument(
-        "--region", type=_numbers(4), metavar="X0,Y0,X1,Y1", help="part of the scene, m, nav frame"
+        "--region", type=numbers(4), metavar="X0,Y0,X1,Y1", help="part of the scene, m, nav frame"
     )
     group.add_argument(
         "--transparent",
@@ -214,34 +258,44 @@ def _add_scene_options(group: Any) -> None:
         metavar="PATTERN",
         help="those whose name matches are seen only from where their corners run counter-clockwise",
     )
+    group.add_argument(
+        "--terrain",
+        action="append",
+        metavar="PATTERN",
+        help="those whose name matches are the ground; may be repeated (found by its shape)",
+    )
 
 
 def _add_cell_options(group: Any) -> None:
     cells = CellSettings()
+    add_mission_options(group)
     group.add_argument(
-        "--cells", dest="method", choices=("boxes", "voxel"), help="merged boxes or voxels (boxes)"
+        "--cells",
+        dest="method",
+        choices=("prisms", "boxes", "voxel"),
+        help=f"prisms over trapezoids, merged boxes, or voxels ({cells.method})",
     )
     lengths = (
         ("--min-cell", "min_size", f"smallest edge of a cell ({cells.min_size:g})"),
         ("--max-cell", "max_size", f"largest edge of a cell ({cells.max_size:g})"),
         ("--voxel-size", "voxel_size", f"edge of a voxel ({cells.voxel_size:g})"),
         ("--clearance", "clearance", f"free distance around every cell ({cells.clearance:g})"),
-        (
-            "--altitude-min",
-            "altitude_min",
-            f"lower end of the cells above the lowest point ({cells.altitude_min:g})",
-        ),
-        ("--altitude-max", "altitude_max", "upper end of the cells above the lowest point (152.4 or less)"),
     )
     for option, name, help_text in lengths:
-        group.add_argument(option, dest=name, type=_number, metavar="M", help=f"{help_text}, m")
+        group.add_argument(option, dest=name, type=number, metavar="M", help=f"{help_text}, m")
+    group.add_argument(
+        "--cell-price",
+        type=number,
+        metavar="N",
+        help=f"cubes of the smallest edge that a prism must add to be kept ({cells.cell_price:g})",
+    )
     group.add_argument(
         "--keep-interiors", action="store_const", const=True, help="keep cells that are shut off from the sky"
     )
     group.add_argument(
         "--seed-point",
         dest="seeds",
-        type=_numbers(3),
+        type=numbers(3),
         action="append",
         metavar="X,Y,Z",
         help="keep what is connected to this point instead of the sky; may be repeated",
@@ -252,18 +306,18 @@ def _add_table_options(group: Any) -> None:
     sight, lod = VisibilitySettings(), LodSettings()
     group.add_argument(
         "--rays",
-        type=_integer(0, LIMITS["rays"]),
+        type=integer(0, LIMITS["rays"]),
         metavar="N",
         help=f"uniform rays of a cell that find faces ({sight.rays})",
     )
     group.add_argument(
-        "--max-range", type=_number, metavar="M", help="leave out faces not seen from nearer than this, m"
+        "--max-range", type=number, metavar="M", help="leave out faces not seen from nearer than this, m"
     )
     group.add_argument(
-        "--attempts", type=_integer(0), metavar="N", help=f"tries to prove a face hidden ({sight.attempts})"
+        "--attempts", type=integer(0), metavar="N", help=f"tries to prove a face hidden ({sight.attempts})"
     )
     group.add_argument(
-        "--depth", type=_integer(0, LIMITS["depth"]), metavar="N", help=f"cuts above a try ({sight.depth})"
+        "--depth", type=integer(0, LIMITS["depth"]), metavar="N", help=f"cuts above a try ({sight.depth})"
     )
     group.add_argument(
         "--certificates",
@@ -274,77 +328,24 @@ def _add_table_options(group: Any) -> None:
     group.add_argument(
         "--lod-reference",
         dest="reference",
-        type=_number,
+        type=number,
         metavar="L",
         help=f"L of code 0, 1/m ({lod.reference:g})",
     )
     group.add_argument(
-        "--lod-base", dest="base", type=_number, metavar="B", help=f"ratio of L of two codes ({lod.base:g})"
+        "--lod-base", dest="base", type=number, metavar="B", help=f"ratio of L of two codes ({lod.base:g})"
     )
     group.add_argument(
         "--lod-levels",
         dest="level_count",
-        type=_integer(1, 256),
+        type=integer(1, 256),
         metavar="N",
         help=f"codes ({lod.level_count})",
     )
     group.add_argument(
         "--sector-cells",
         dest="cells_per_sector",
-        type=_integer(1),
+        type=integer(1),
         metavar="N",
         help=f"most cells in one nav file ({TilesetSettings().cells_per_sector})",
     )
-
-
-def _add_coarse_options(group: Any) -> None:
-    levels = LevelSettings()
-    group.add_argument(
-        "--levels",
-        type=_integer(1, LEVELS_MAX),
-        metavar="N",
-        help=f"levels of the meshes: finest, median, coarse ({levels.levels})",
-    )
-    group.add_argument(
-        "--level-errors",
-        type=_numbers(None),
-        metavar="M,M",
-        help="greatest distance of median and coarse level from the finest one, m"
-        f" ({','.join(f'{error:g}' for error in levels.level_errors)})",
-    )
-
-
-def _number(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"found {text!r}; allowed: a finite number")
-    return value
-
-
-def _numbers(count: int | None) -> Callable[[str], tuple[float, ...]]:
-    def convert(text: str) -> tuple[float, ...]:
-        parts = text.split(",")
-        if count is not None and len(parts) != count:
-            raise argparse.ArgumentTypeError(
-                f"found {text!r}; allowed: {count} numbers with commas between them"
-            )
-        return tuple(_number(part) for part in parts)
-
-    return convert
-
-
-def _integer(low: int | None = None, high: int = 2**31 - 1) -> Callable[[str], int]:
-    def convert(text: str) -> int:
-        allowed = f"an integer up to {high}" if low is None else f"an integer from {low} to {high}"
-        try:
-            value = int(text)
-        except ValueError:
-            raise argparse.ArgumentTypeError(f"found {text!r}; allowed: {allowed}") from None
-        if value > high or (low is not None and value < low):
-            raise argparse.ArgumentTypeError(f"found {text}; allowed: {allowed}")
-        return value
-
-    return convert

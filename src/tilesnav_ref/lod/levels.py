@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.lod.codes import check_settings, count_thresholds, thresholds
-from tilesnav_ref.lod.maximum import region_maximum
+from tilesnav_ref.lod.maximum import prism_maximum
 from tilesnav_ref.lod.model import LodSettings, LodTable
-from tilesnav_ref.lod.nearest import Vector
+from tilesnav_ref.lod.prism import Vector, describe_prism
 from tilesnav_ref.lod.screen import cheap_bounds, paired_bound
 from tilesnav_ref.processors import thread_count
 from tilesnav_ref.scene.model import Scene
@@ -25,18 +25,17 @@ _GROUPS_A_TASK = 4096
 
 @kernel
 def _object_code(
-    lower: Vector,
-    upper: Vector,
+    prism: Vector,
     triangles: Vector,
     normals: Vector,
     faces: NDArray[np.uint32],
     limits: Vector,
 ) -> int:
     """Code of the largest proven bound over some faces; faces that cannot make it finer are skipped."""
-    uppers = np.empty(len(faces))
+    uppers, work = np.empty(len(faces)), np.empty((3, 3))
     least, first = 0.0, 0
     for i in range(len(faces)):
-        low, uppers[i] = cheap_bounds(lower, upper, triangles[faces[i]], normals[faces[i]])
+        low, uppers[i] = cheap_bounds(prism, triangles[faces[i]], normals[faces[i]], work)
         least = max(least, low)
         if uppers[i] > uppers[first]:
             first = i
@@ -47,16 +46,16 @@ def _object_code(
         j = first if i < 0 else i
         if i == first or count_thresholds(uppers[j], limits) >= code:
             continue
-        bound = min(uppers[j], paired_bound(lower, upper, triangles[faces[j]], normals[faces[j]]))
+        bound = min(uppers[j], paired_bound(prism, triangles[faces[j]], normals[faces[j]], work))
         if count_thresholds(bound, limits) < code:
-            bound = min(bound, region_maximum(lower, upper, triangles[faces[j]]))
+            bound = min(bound, prism_maximum(prism, triangles[faces[j]]))
             code = min(code, count_thresholds(bound, limits))
     return int(code)
 
 
 @kernel
 def _code_groups(
-    boxes: tuple[Vector, Vector],
+    cells: tuple[NDArray[np.int64], float],
     mesh: tuple[Vector, Vector],
     groups: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.uint32]],
     limits: Vector,
@@ -64,11 +63,14 @@ def _code_groups(
     span: tuple[int, int],
 ) -> None:
     """Codes of the groups span[0] to span[1]: group g has the faces members[starts[g]:starts[g + 1]]."""
-    cells, starts, members = groups
+    corners, step = cells
+    cell_of, starts, members = groups
+    prism = describe_prism(corners[cell_of[span[0]]], step)
     for g in range(span[0], span[1]):
-        cell = cells[g]
+        if g > span[0] and cell_of[g] != cell_of[g - 1]:
+            prism = describe_prism(corners[cell_of[g]], step)
         faces = members[starts[g] : starts[g + 1]]
-        codes[g] = _object_code(boxes[0][cell], boxes[1][cell], mesh[0], mesh[1], faces, limits)
+        codes[g] = _object_code(prism, mesh[0], mesh[1], faces, limits)
 
 
 def _group_faces(
@@ -121,7 +123,7 @@ def choose_levels(
     Parameters
     ----------
     scene, cells, pvs
-        Faces and objects, boxes, and the faces of every box; nav frame, grid.
+        Faces and objects, cells, and the faces of every cell; nav frame, grid.
     settings
         Scale of the codes; None: the defaults.
     progress
@@ -145,12 +147,12 @@ def choose_levels(
     check_settings(settings)
     cell_of, starts, objects = _group_faces(scene, cells, pvs)
     codes = np.empty(len(objects), np.uint8)
-    boxes = (_in_metres(cells.lower, scene.step), _in_metres(cells.upper, scene.step))
+    prisms = (np.ascontiguousarray(cells.corners), scene.step)
     mesh, limits = _mesh_in_metres(scene), thresholds(settings)
     groups = (cell_of, starts, np.ascontiguousarray(pvs.pvs_faces))
     spans = [(g, min(g + _GROUPS_A_TASK, len(codes))) for g in range(0, len(codes), _GROUPS_A_TASK)]
     with ThreadPoolExecutor(thread_count(threads)) as pool:
-        tasks = pool.map(lambda span: _code_groups(boxes, mesh, groups, limits, codes, span), spans)
+        tasks = pool.map(lambda span: _code_groups(prisms, mesh, groups, limits, codes, span), spans)
         for done, _ in enumerate(tasks, start=1):
             if progress is not None:
                 progress(done, len(spans))

@@ -1,12 +1,12 @@
-"""The largest L = |n.r| / |r|^2 between a box and a triangle, with a proof of its upper bound.
+"""The largest L = |n.r| / |r|^2 between a prism and a triangle, with a proof of its upper bound.
 
 Notes
 -----
-Let D = C - T be the differences r = p - x of points of the box C and the triangle T with unit normal n. On
-the side n.r > 0 the value 1 / L = |r|^2 / (n.r) is a convex function (a square over a linear function), and
-"1 / L <= m" is the ball with centre c = m n / 2 and radius m / 2, which touches T's plane at the origin and
-lies on that side. Hence a box that straddles the plane needs no cutting: both sides are taken with the
-whole of D.
+Let D = C - T be the differences r = p - x of points of the prism C over a trapezoid (a box, for one) and
+the triangle T with unit normal n. On the side n.r > 0 the value 1 / L = |r|^2 / (n.r) is a convex function (a
+square over a linear function), and "1 / L <= m" is the ball with centre c = m n / 2 and radius m / 2, which
+touches T's plane at the origin and lies on that side. Hence a prism that straddles the plane needs no
+cutting: both sides are taken with the whole of D.
 
 *Search.* Minimising |r|^2 / (n.r) by Dinkelbach's method: from the value m of some r, take the point of D
 nearest to c(m), and its value as the next m. The values fall superlinearly to the minimum.
@@ -16,9 +16,9 @@ the ball of m has u.r <= m (|u| + u.n) / 2. So no r of D is in the ball when m <
 
     L <= (|u| + u.n) / (2 s(u))    whenever s(u) > 0.
 
-The support is a minimum over 8 corners and a maximum over 3, whatever the search did. With u = q - c at the
-optimum q the bound is tight. The returned value is such a bound, enlarged by the rounding of its terms,
-hence never below the true maximum; if the search failed, it would be too large, never too small.
+The support is a minimum over the 8 corners of C and a maximum over the 3 of T, whatever the search did. With
+u = q - c at the optimum q the bound is tight. The returned value is such a bound, enlarged by the rounding of
+its terms, hence never below the true maximum; if the search failed, it would be too large, never too small.
 
 Contact (0 in D) gives infinity: D has interior, so that r can go to 0 along a direction that leaves T's
 plane.
@@ -34,7 +34,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.kernels import kernel
-from tilesnav_ref.lod.nearest import Vector, dot, holds_difference, nearest_difference
+from tilesnav_ref.lod.nearest import holds_difference, nearest_difference
+from tilesnav_ref.lod.prism import (
+    LOWER,
+    UPPER,
+    Vector,
+    describe_prism,
+    dot,
+    extents,
+    least_product,
+    moved_prism,
+)
 
 TOLERANCE = 1e-9
 """The search ends when bound and value agree to this relative distance: far below one level of any base,
@@ -63,13 +73,13 @@ def unit_normal(triangle: Vector, normal: Vector) -> None:
 
 
 @kernel
-def _best_vertex(lower: Vector, upper: Vector, triangle: Vector, normal: Vector, r: Vector) -> float:
+def _best_vertex(prism: Vector, triangle: Vector, normal: Vector, r: Vector) -> float:
     """Smallest |r|^2 / (n.r) over the 24 differences of corners with n.r > 0; infinity where there is
     none."""
     best = np.inf
     for i in range(24):
         for k in range(3):
-            r[k] = (upper[k] if (i >> k) & 1 else lower[k]) - triangle[i >> 3, k]
+            r[k] = prism[i & 7, k] - triangle[i >> 3, k]
         height = dot(normal, r)
         if height > 0.0:
             best = min(best, dot(r, r) / height)
@@ -77,12 +87,12 @@ def _best_vertex(lower: Vector, upper: Vector, triangle: Vector, normal: Vector,
 
 
 @kernel
-def proven_support(lower: Vector, upper: Vector, triangle: Vector, u: Vector) -> float:
-    """Lower bound of u.r over all r = p - x of a box and a triangle, rounding included."""
-    near, size = 0.0, 0.0
+def proven_support(prism: Vector, triangle: Vector, u: Vector) -> float:
+    """Lower bound of u.r over all r = p - x of a prism and a triangle, rounding included."""
+    near, size = least_product(prism, u), 0.0
     for k in range(3):
-        near += u[k] * (lower[k] if u[k] > 0 else upper[k])
-        size += abs(u[k]) * max(abs(lower[k]), abs(upper[k]))
+        # of all corners the box around them has the greatest magnitudes
+        size += abs(u[k]) * max(abs(prism[LOWER, k]), abs(prism[UPPER, k]))
     far, extent = -np.inf, 0.0
     for i in range(3):
         far = max(far, dot(u, triangle[i]))
@@ -93,13 +103,13 @@ def proven_support(lower: Vector, upper: Vector, triangle: Vector, u: Vector) ->
 
 
 @kernel
-def proven_bound(lower: Vector, upper: Vector, triangle: Vector, normal: Vector, u: Vector) -> float:
+def proven_bound(prism: Vector, triangle: Vector, normal: Vector, u: Vector) -> float:
     """Upper bound of n.r / |r|^2 over D from a direction u (not zero); infinity where it proves nothing.
 
     Parameters
     ----------
-    lower, upper
-        (3,) corners of the box, m.
+    prism
+        (19, 3) array of :func:`tilesnav_ref.lod.prism.describe_prism`, m.
     triangle
         (3, 3) corners, m.
     normal, u
@@ -110,7 +120,7 @@ def proven_bound(lower: Vector, upper: Vector, triangle: Vector, normal: Vector,
     float
         1/m; at least the true maximum on the side of the normal, rounding included.
     """
-    support = proven_support(lower, upper, triangle, u)
+    support = proven_support(prism, triangle, u)
     if support <= 0.0:
         return np.inf
     length, along = np.sqrt(dot(u, u)), dot(u, normal)
@@ -128,111 +138,133 @@ def proven_bound(lower: Vector, upper: Vector, triangle: Vector, normal: Vector,
 
 
 @kernel
-def side_maximum(lower: Vector, upper: Vector, triangle: Vector, normal: Vector) -> float:
+def side_maximum(prism: Vector, triangle: Vector, normal: Vector) -> float:
     """Bound of the largest n.r / |r|^2 over D on the side of the normal; 0 where D has no point there.
 
-    The box must not touch the triangle (the result is infinite then, after a slow search). Coordinates
+    The prism must not touch the triangle (the result is infinite then, after a slow search). Coordinates
     should be relative to a point near by, because the rounding allowance grows with them.
     """
     centre, nearest = np.empty(3), np.empty(3)
-    inverse = _best_vertex(lower, upper, triangle, normal, nearest)
+    inverse = _best_vertex(prism, triangle, normal, nearest)
     if inverse == np.inf:
         return 0.0
     bound = np.inf
     for _ in range(_ROUNDS):
         for k in range(3):
             centre[k] = 0.5 * inverse * normal[k]
-        if holds_difference(lower, upper, triangle, normal, centre):
+        if holds_difference(prism, triangle, normal, centre):
             inverse *= 0.5  # the centre itself is in D, and its value is half of the diameter
             continue
-        nearest_difference(lower, upper, triangle, centre, nearest)
+        nearest_difference(prism, triangle, centre, nearest)
         height = dot(normal, nearest)
         if height > 0.0:
             inverse = min(inverse, dot(nearest, nearest) / height)
         for k in range(3):
             centre[k] = nearest[k] - centre[k]
-        bound = min(bound, proven_bound(lower, upper, triangle, normal, centre))
+        bound = min(bound, proven_bound(prism, triangle, normal, centre))
         if bound * inverse <= 1.0 + TOLERANCE:
             break
     return bound
 
 
 @kernel
-def _plain_bounds(lower: Vector, upper: Vector, triangle: Vector, normal: Vector) -> tuple[float, float]:
+def _plain_bounds(prism: Vector, triangle: Vector, normal: Vector) -> tuple[float, float]:
     """Greatest height over the plane (triangle[0] at the origin) by the square of the distance, on both
     sides."""
-    height, spread = 0.0, 0.0
-    for k in range(3):
-        height += normal[k] * 0.5 * (lower[k] + upper[k])
-        spread += abs(normal[k]) * 0.5 * (upper[k] - lower[k])
-    spread += _ROUNDING * np.sum(np.abs(lower) + np.abs(upper))
-    u = np.empty(3)
-    nearest_difference(lower, upper, triangle, np.zeros(3), u)
-    support = proven_support(lower, upper, triangle, u)
+    origin, u = np.zeros(3), np.empty(3)
+    over, under = extents(prism, origin, normal)
+    slack = _ROUNDING * np.sum(np.abs(prism[LOWER]) + np.abs(prism[UPPER]))
+    nearest_difference(prism, triangle, origin, u)
+    support = proven_support(prism, triangle, u)
     if support <= 0.0:
         return np.inf, np.inf
     scale = dot(u, u) * (1.0 + _ROUNDING) / (support * support)
-    return max(spread + height, 0.0) * scale, max(spread - height, 0.0) * scale
+    return max(over + slack, 0.0) * scale, max(under + slack, 0.0) * scale
 
 
 @kernel
-def region_maximum(lower: Vector, upper: Vector, triangle: Vector) -> float:
-    """Upper bound of the largest |n.r| / |r|^2 over a box and a triangle.
+def prism_maximum(prism: Vector, triangle: Vector) -> float:
+    """Upper bound of :func:`region_maximum`, from the (19, 3) array of a prism."""
+    origin = triangle[0].copy()
+    near, local = moved_prism(prism, origin), triangle - origin
+    normal = np.empty(3)
+    unit_normal(local, normal)
+    if dot(normal, normal) == 0.0:
+        return 0.0
+    if holds_difference(near, local, normal, np.zeros(3)):
+        return np.inf
+    above, below = _plain_bounds(near, local, normal)
+    if below > above:
+        normal = -normal
+        above, below = below, above
+    best = min(above, side_maximum(near, local, normal))
+    if below <= best:
+        return float(best)
+    return float(max(best, min(below, side_maximum(near, local, -normal))))
+
+
+@kernel
+def region_maximum(corners: Vector, triangle: Vector) -> float:
+    """Upper bound of the largest |n.r| / |r|^2 over a prism and a triangle.
 
     Parameters
     ----------
-    lower, upper
-        (3,) float64 corners of the box, m, lower < upper.
+    corners
+        (8, 3) float64 corners of a prism over a trapezoid, m; corner i is on the upper side of axis k where
+        bit k of i is set. Of any other eight corners the bound holds for their convex hull, but may be far.
     triangle
-        (3, 3) float64 corners, m, in the frame of the box.
+        (3, 3) float64 corners, m, in the frame of the prism.
 
     Returns
     -------
     float
         1/m. Never below the maximum, and above it by a relative 1e-9 where rounding allows (1e-6 is what
-        callers may rely on for boxes and triangles on the grid). Infinite on contact, 0 for a degenerate
+        callers may rely on for prisms and triangles on the grid). Infinite on contact, 0 for a degenerate
         triangle.
 
     Examples
     --------
     >>> t = np.array([[-9.0, -9.0, 0.0], [9.0, -9.0, 0.0], [0.0, 9.0, 0.0]])
-    >>> round(region_maximum(np.array([0.0, 0.0, 2.0]), np.array([1.0, 1.0, 3.0]), t), 6)
+    >>> box = np.array([[float((i >> k) & 1) for k in range(3)] for i in range(8)]) + [0.0, 0.0, 2.0]
+    >>> round(region_maximum(box, t), 6)
     0.5
     """
-    origin = triangle[0].copy()
-    low, high, local = lower - origin, upper - origin, triangle - origin
-    normal = np.empty(3)
-    unit_normal(local, normal)
-    if dot(normal, normal) == 0.0:
-        return 0.0
-    if holds_difference(low, high, local, normal, np.zeros(3)):
-        return np.inf
-    above, below = _plain_bounds(low, high, local, normal)
-    if below > above:
-        normal = -normal
-        above, below = below, above
-    best = min(above, side_maximum(low, high, local, normal))
-    if below <= best:
-        return float(best)
-    return float(max(best, min(below, side_maximum(low, high, local, -normal))))
+    return float(prism_maximum(describe_prism(corners, 1.0), triangle))
 
 
-def largest_level(
-    lower: NDArray[np.float64], upper: NDArray[np.float64], triangle: NDArray[np.float64]
-) -> float:
+def _check_prism(corners: NDArray[np.float64]) -> None:
+    """Refuse corners that are not those of a prism over a trapezoid: ValueError."""
+    slants = 0
+    for k in range(3):
+        # bit k of the number of a corner is axis 2 - k of this array; first its side of axis k
+        sides = np.moveaxis(corners[:, k].reshape(2, 2, 2), 2 - k, 0)
+        widths = sides[1] - sides[0]
+        if not (np.all(widths >= 0.0) and np.any(widths > 0.0)):
+            raise ValueError(
+                f"corners on the upper side of axis {k} less those on the lower side are"
+                f" {widths.ravel().tolist()} m; allowed: none negative, one at least positive"
+            )
+        slants += sum(bool(np.any(np.diff(sides, axis=other) != 0.0)) for other in (1, 2))
+    if slants > 1:
+        raise ValueError(
+            f"coordinates of the corners change along {slants} foreign axes; allowed: 1, a prism over a"
+            " trapezoid, or 0, a box"
+        )
+
+
+def largest_level(corners: NDArray[np.float64], triangle: NDArray[np.float64]) -> float:
     """Checked form of :func:`region_maximum` for single calls.
 
     Raises
     ------
     ValueError
-        Wrong shapes, not finite, or a box whose lower corner is not below its upper one.
+        Wrong shapes, not finite, or corners that are not those of a prism over a trapezoid.
     """
-    shapes = (np.shape(lower), np.shape(upper), np.shape(triangle))
-    if shapes != ((3,), (3,), (3, 3)):
-        raise ValueError(f"shapes are {shapes}; allowed: (3,), (3,), (3, 3)")
-    low, high, corners = (np.asarray(value, dtype=np.float64) for value in (lower, upper, triangle))
-    if not (np.all(np.isfinite(low)) and np.all(np.isfinite(high)) and np.all(np.isfinite(corners))):
-        raise ValueError("box or triangle is not finite; allowed: finite metres")
-    if not np.all(low < high):
-        raise ValueError(f"box from {low.tolist()} to {high.tolist()}; allowed: lower < upper")
-    return float(region_maximum(low, high, corners))
+    shapes = (np.shape(corners), np.shape(triangle))
+    if shapes != ((8, 3), (3, 3)):
+        raise ValueError(f"shapes are {shapes}; allowed: (8, 3), (3, 3)")
+    cell, face = (np.ascontiguousarray(value, dtype=np.float64) for value in (corners, triangle))
+    if not (np.all(np.isfinite(cell)) and np.all(np.isfinite(face))):
+        raise ValueError("prism or triangle is not finite; allowed: finite metres")
+    _check_prism(cell)
+    return float(region_maximum(cell, face))

@@ -1,33 +1,38 @@
-"""The point of a box minus a triangle that is nearest to a given point.
+"""The point of a prism minus a triangle that is nearest to a given point.
 
 Notes
 -----
-D = C - T is the set of differences p - x of points of a box C and a triangle T. The nearest point of D
-to c belongs to the nearest pair between C and T moved by c. Of two disjoint convex bodies the nearest
-pair lies on a vertex and a face or on two edges, so that all such pairs are looked at: three vertices of
-T against C, eight of C against T, and 12 x 3 edges. The nearness is a matter of speed only: what is
-concluded from it is proven elsewhere.
+D = C - T is the set of differences p - x of points of a prism C over a trapezoid and a triangle T. The
+nearest point of D to c belongs to the nearest pair between C and T moved by c. Of two disjoint convex bodies
+the nearest pair lies on a vertex and a face or on two edges, so that all such pairs are looked at: three
+vertices of T against C, eight of C against T, and 12 x 3 edges. The nearness is a matter of speed only: what
+is concluded from it is proven elsewhere.
+
+Two convex polytopes are disjoint exactly when a plane separates them that is parallel to a side of one of
+them, or to an edge of each. C has up to four directions of sides and as many of edges, T one and three.
 
 References
 ----------
 C. Ericson, "Real-Time Collision Detection", 2005, sections 5.1.5 (point and triangle), 5.1.9 (two segments)
-and 5.2.9 (triangle and box).
+and 5.2.1 (separating axes).
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tilesnav_ref.kernels import kernel
-
-Vector = NDArray[np.float64]
-
-
-@kernel
-def dot(a: Vector, b: Vector) -> float:
-    """Inner product of two (3,) vectors."""
-    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+from tilesnav_ref.lod.prism import (
+    EDGES,
+    LOWER,
+    SIDES,
+    UPPER,
+    Vector,
+    dot,
+    extents,
+    is_slanted,
+    nearest_in_prism,
+)
 
 
 @kernel
@@ -85,17 +90,17 @@ def _segment_places(d1: Vector, d2: Vector, r: Vector) -> tuple[float, float]:
 
 
 @kernel
-def _over_vertices(
-    lower: Vector, upper: Vector, triangle: Vector, centre: Vector, nearest: Vector, square: float
-) -> float:
-    r, corner, weights = np.empty(3), np.empty(3), np.empty(3)
+def _over_vertices(prism: Vector, triangle: Vector, centre: Vector, nearest: Vector, square: float) -> float:
+    r, point, weights = np.empty(3), np.empty(3), np.empty(3)
     for i in range(3):
         for k in range(3):
-            r[k] = min(max(triangle[i, k] + centre[k], lower[k]), upper[k]) - triangle[i, k]
+            point[k] = triangle[i, k] + centre[k]
+        nearest_in_prism(prism, point, r)
+        for k in range(3):
+            r[k] -= triangle[i, k]
         square = _keep_nearer(r, centre, nearest, square)
     for i in range(8):
-        for k in range(3):
-            corner[k] = upper[k] if (i >> k) & 1 else lower[k]
+        corner = prism[i]
         moved = triangle + (centre - corner)
         _triangle_weights(moved[0], moved[1], moved[2], weights)
         for k in range(3):
@@ -107,21 +112,17 @@ def _over_vertices(
 
 
 @kernel
-def _over_edges(
-    lower: Vector, upper: Vector, triangle: Vector, centre: Vector, nearest: Vector, square: float
-) -> float:
-    r, start, along = np.empty(3), np.empty(3), np.empty(3)
+def _over_edges(prism: Vector, triangle: Vector, centre: Vector, nearest: Vector, square: float) -> float:
+    r = np.empty(3)
     for i in range(3):
         edge = triangle[(i + 1) % 3] - triangle[i]
         for axis in range(3):
-            j, k = (axis + 1) % 3, (axis + 2) % 3
-            along[:] = 0.0
-            along[axis] = upper[axis] - lower[axis]
             for side in range(4):
-                start[axis] = lower[axis]
-                start[j] = upper[j] if side & 1 else lower[j]
-                start[k] = upper[k] if side & 2 else lower[k]
-                base = start - triangle[i]
+                start = (side & 1) << ((axis + 1) % 3) | (side >> 1) << ((axis + 2) % 3)
+                along = prism[start | (1 << axis)] - prism[start]
+                if dot(along, along) == 0.0:
+                    continue  # a trapezoid with a side of no length: both ends are a corner, looked at above
+                base = prism[start] - triangle[i]
                 s, t = _segment_places(along, edge, base - centre)
                 for m in range(3):
                     r[m] = base[m] + s * along[m] - t * edge[m]
@@ -130,15 +131,13 @@ def _over_edges(
 
 
 @kernel
-def nearest_difference(
-    lower: Vector, upper: Vector, triangle: Vector, centre: Vector, nearest: Vector
-) -> float:
-    """Find the point of D = box - triangle that is nearest to a centre outside of D.
+def nearest_difference(prism: Vector, triangle: Vector, centre: Vector, nearest: Vector) -> float:
+    """Find the point of D = prism - triangle that is nearest to a centre outside of D.
 
     Parameters
     ----------
-    lower, upper
-        (3,) corners of the box, m.
+    prism
+        (19, 3) array of :func:`tilesnav_ref.lod.prism.describe_prism`, m.
     triangle
         (3, 3) corners, m, not degenerate.
     centre
@@ -151,40 +150,42 @@ def nearest_difference(
     float
         Square of the distance, m2.
     """
-    square = _over_vertices(lower, upper, triangle, centre, nearest, np.inf)
-    return float(_over_edges(lower, upper, triangle, centre, nearest, square))
+    square = _over_vertices(prism, triangle, centre, nearest, np.inf)
+    return float(_over_edges(prism, triangle, centre, nearest, square))
 
 
 @kernel
-def _apart_along(axis: Vector, triangle: Vector, centre: Vector, middle: Vector, half: Vector) -> bool:
-    """Whether the projections of the box and of the moved triangle on an axis are disjoint."""
+def _apart_along(axis: Vector, prism: Vector, triangle: Vector, centre: Vector, middle: Vector) -> bool:
+    """Whether the projections of the prism and of the moved triangle on an axis are disjoint."""
     low, high = np.inf, -np.inf
     for i in range(3):
         value = 0.0
         for k in range(3):
             value += axis[k] * (triangle[i, k] - middle[k] + centre[k])
         low, high = min(low, value), max(high, value)
-    radius = abs(axis[0]) * half[0] + abs(axis[1]) * half[1] + abs(axis[2]) * half[2]
-    return bool(low > radius or high < -radius)
+    over, under = extents(prism, middle, axis)
+    return bool(low > over or high < -under)
 
 
 @kernel
-def holds_difference(lower: Vector, upper: Vector, triangle: Vector, normal: Vector, centre: Vector) -> bool:
-    """Whether centre belongs to D = box - triangle, up to rounding: no separating axis among the thirteen."""
-    middle, half = (lower + upper) * 0.5, (upper - lower) * 0.5
-    axis = np.zeros(3)
-    for k in range(3):
-        axis[:] = 0.0
-        axis[k] = 1.0
-        if _apart_along(axis, triangle, centre, middle, half):
+def holds_difference(prism: Vector, triangle: Vector, normal: Vector, centre: Vector) -> bool:
+    """Whether centre belongs to D = prism - triangle, up to rounding: no axis separates, of the thirteen of a
+    box or the seventeen of a slanted prism."""
+    middle = (prism[LOWER] + prism[UPPER]) * 0.5
+    directions = 4 if is_slanted(prism) else 3
+    for k in range(directions):
+        if _apart_along(prism[SIDES + k], prism, triangle, centre, middle):
             return False
-    if _apart_along(normal, triangle, centre, middle, half):
+    if _apart_along(normal, prism, triangle, centre, middle):
         return False
+    axis = np.empty(3)
     for i in range(3):
         edge = triangle[(i + 1) % 3] - triangle[i]
-        for k in range(3):
-            a, b = (k + 1) % 3, (k + 2) % 3
-            axis[k], axis[a], axis[b] = 0.0, -edge[b], edge[a]
-            if _apart_along(axis, triangle, centre, middle, half):
+        for k in range(directions):
+            along = prism[EDGES + k]
+            axis[0] = along[1] * edge[2] - along[2] * edge[1]
+            axis[1] = along[2] * edge[0] - along[0] * edge[2]
+            axis[2] = along[0] * edge[1] - along[1] * edge[0]
+            if _apart_along(axis, prism, triangle, centre, middle):
                 return False
     return True

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tilesnav_ref.scene.arrange import Unarranged, arrange
 from tilesnav_ref.scene.errors import SceneError
-from tilesnav_ref.scene.kinds import ONE_SIDED, POROUS, object_flags
+from tilesnav_ref.scene.kinds import ONE_SIDED, POROUS, TERRAIN, object_flags
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.scene.noding import count_junctions, node
 from tilesnav_ref.scene.objects import form_objects
@@ -95,6 +95,7 @@ def build_scene(
             scene,
             object_porous=object_flags(scene.face_object, kind[order], POROUS),
             object_one_sided=object_flags(scene.face_object, kind[order], ONE_SIDED),
+            object_terrain=object_flags(scene.face_object, kind[order], TERRAIN),
         ),
         source=kept[source[order]],
         degenerate_removed=len(soup.faces) - len(kept),

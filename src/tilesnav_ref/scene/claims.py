@@ -7,7 +7,6 @@ import struct
 from pathlib import Path
 
 from tilesnav_ref.scene.errors import SceneError
-from tilesnav_ref.scene.gltf_claims import check_glb, check_gltf
 
 PLY_HEADER_LIMIT = 1 << 20
 """Bytes; real headers have a few hundred."""
@@ -24,7 +23,7 @@ PLY_BYTES = {
 
 
 def check_claims(path: Path, data: bytes, max_faces: int) -> int | None:
-    """Check signature and claimed counts of a file.
+    """Check signature and claimed counts of a file that trimesh reads.
 
     Parameters
     ----------
@@ -52,10 +51,6 @@ def check_claims(path: Path, data: bytes, max_faces: int) -> int | None:
         return _check_ply(source, data, max_faces)
     if suffix == ".stl":
         _check_stl(source, data, max_faces)
-    if suffix == ".glb":
-        check_glb(path, data, max_faces)
-    if suffix == ".gltf":
-        check_gltf(path, data, max_faces)
     if suffix == ".obj":
         _check_obj(source, data)
     if suffix == ".off" and b"OFF" not in data[:4096]:

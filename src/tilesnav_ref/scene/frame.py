@@ -107,22 +107,35 @@ def ecef_from_enu(origin: tuple[float, float, float]) -> NDArray[np.float64]:
 
 
 def _default_origin(ecef: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Middle of the box in longitude, latitude and least height, by Bowring's formula (1976; under 1 mm
-    near the ground)."""
-    middle = (ecef.min(axis=0) + ecef.max(axis=0)) / 2
+    """Longitude and latitude of the middle of the box in east and north, and the least height there.
+
+    Notes
+    -----
+    The box in Earth-centred axes has another middle: half a kilometre off for a town of 15 km. So east and
+    north are taken there first.
+    """
+    longitude, latitude = _geodetic((ecef.min(axis=0) + ecef.max(axis=0)) / 2)
+    near = ecef_from_enu((longitude, latitude, 0.0))
+    local = (ecef - near[:3, 3]) @ near[:3, :2]
+    middle = (local.min(axis=0) + local.max(axis=0)) / 2
+    longitude, latitude = _geodetic(near[:3, 3] + near[:3, :2] @ middle)
+    at_zero = ecef_from_enu((longitude, latitude, 0.0))
+    heights = (ecef - at_zero[:3, 3]) @ at_zero[:3, 2]
+    return longitude, latitude, float(heights.min())
+
+
+def _geodetic(position: NDArray[np.float64]) -> tuple[float, float]:
+    """Longitude and latitude in degrees, by Bowring's formula (1976; under 1 mm near the ground)."""
     eccentricity2 = WGS84_F * (2.0 - WGS84_F)
     polar = WGS84_A * (1.0 - WGS84_F)
-    flat = float(np.hypot(middle[0], middle[1]))
-    theta = np.arctan2(middle[2] * WGS84_A, flat * polar)
+    flat = float(np.hypot(position[0], position[1]))
+    theta = np.arctan2(position[2] * WGS84_A, flat * polar)
     second2 = eccentricity2 / (1.0 - eccentricity2)
     lat = np.arctan2(
-        middle[2] + second2 * polar * np.sin(theta) ** 3, flat - eccentricity2 * WGS84_A * np.cos(theta) ** 3
+        position[2] + second2 * polar * np.sin(theta) ** 3,
+        flat - eccentricity2 * WGS84_A * np.cos(theta) ** 3,
     )
-    at_zero = ecef_from_enu(
-        (float(np.degrees(np.arctan2(middle[1], middle[0]))), float(np.degrees(lat)), 0.0)
-    )
-    heights = (ecef - at_zero[:3, 3]) @ at_zero[:3, 2]
-    return float(np.degrees(np.arctan2(middle[1], middle[0]))), float(np.degrees(lat)), float(heights.min())
+    return float(np.degrees(np.arctan2(position[1], position[0]))), float(np.degrees(lat))
 
 
 def _ecef(source: str, positions: NDArray[np.float64], crs: str) -> NDArray[np.float64]:

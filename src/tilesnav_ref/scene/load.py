@@ -16,8 +16,10 @@ from tilesnav_ref.scene.errors import SceneError
 from tilesnav_ref.scene.frame import NavFrame, to_nav
 from tilesnav_ref.scene.kinds import part_kinds
 from tilesnav_ref.scene.model import Scene
-from tilesnav_ref.scene.read import MeshFile, read_mesh
+from tilesnav_ref.scene.parts import MeshFile
+from tilesnav_ref.scene.read import read_mesh
 from tilesnav_ref.scene.settings import METRES_PER_UNIT, SceneReport, SceneSettings
+from tilesnav_ref.scene.tiles import place, read_tileset
 from tilesnav_ref.scene.weld import snap, weld
 
 
@@ -27,7 +29,7 @@ def load_scene(path: str | PathLike[str], settings: SceneSettings | None = None)
     Parameters
     ----------
     path : str or path
-        PLY, OBJ, STL, GLB, glTF or OFF file.
+        PLY, OBJ, STL, GLB, glTF or OFF file, or the entry tileset of 3D Tiles (.json).
     settings : SceneSettings or None
         None for the defaults.
 
@@ -46,13 +48,21 @@ def load_scene(path: str | PathLike[str], settings: SceneSettings | None = None)
     settings = settings or SceneSettings()
     path = Path(path)
     clock = _Clock()
-    by_name = settings.transparent + settings.one_sided
-    mesh = read_mesh(path, settings.max_faces, with_materials=bool(by_name))
+    by_name = settings.transparent + settings.one_sided + settings.terrain
+    is_tileset = path.suffix.lower() == ".json"
+    if is_tileset:
+        mesh = read_tileset(path, settings.up, settings.max_faces, with_materials=bool(by_name))
+    else:
+        mesh = read_mesh(path, settings.max_faces, with_materials=bool(by_name))
     labels = [part.labels for part in mesh.parts]
-    kinds = part_kinds(labels, settings.transparent, settings.one_sided, str(path)) if by_name else None
+    named = (settings.transparent, settings.one_sided, str(path), settings.terrain)
+    kinds = part_kinds(labels, *named) if by_name else None
     clock.lap("read")
     vertices, faces, part = _concatenate(mesh)
-    frame = to_nav(str(path), path.suffix.lower(), vertices, settings)
+    if is_tileset:
+        frame = place(str(path), vertices, settings)
+    else:
+        frame = to_nav(str(path), path.suffix.lower(), vertices, settings)
     snapped = snap(frame.positions, settings.grid_exponent, str(path))
     used = len(np.unique(faces))
     soup = Soup(*weld(snapped, faces), part, tuple(p.name for p in mesh.parts), kinds)
@@ -148,7 +158,7 @@ def _report(
         faces_before_noding=built.faces_before_noding,
         cropped_faces=0 if cropping is None else int((~cropping.keep).sum()),
         cut_components=0 if cropping is None else cropping.cut_components,
-        notes=(*steps.frame.notes, *_notes(mesh, cropping, settings)),
+        notes=(*steps.frame.notes, *mesh.notes, *_notes(mesh, cropping, settings)),
         seconds=clock.seconds,
     )
 

@@ -39,6 +39,8 @@ class Scene:
     """(K,) whether an object is seen and hides nothing; empty when none is porous."""
     object_one_sided: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
     """(K,) whether the faces of an object are seen from their front only; empty when none is one-sided."""
+    object_terrain: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
+    """(K,) whether an object is the ground, by its name; empty when none was named."""
 
     @property
     def step(self) -> float:
@@ -69,6 +71,11 @@ class Scene:
     def one_sided(self) -> NDArray[np.bool_]:
         """(F,) whether each face is one-sided."""
         return self._of_faces(self.object_one_sided)
+
+    @property
+    def terrain(self) -> NDArray[np.bool_] | None:
+        """(F,) whether each face is the ground, by its name; None when none was named."""
+        return self._of_faces(self.object_terrain) if len(self.object_terrain) else None
 
     def _of_faces(self, flags: NDArray[np.bool_]) -> NDArray[np.bool_]:
         return flags[self.face_object] if len(flags) else np.zeros(len(self.faces), np.bool_)

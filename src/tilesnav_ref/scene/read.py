@@ -1,4 +1,4 @@
-"""Reading of mesh files through trimesh."""
+"""Reading of mesh files: glTF by this package, all others through trimesh."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import warnings
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +19,13 @@ from numpy.typing import NDArray
 
 from tilesnav_ref.scene.claims import check_claims, is_binary_stl
 from tilesnav_ref.scene.errors import SceneError
+from tilesnav_ref.scene.gltf import read_gltf
+from tilesnav_ref.scene.gltf.files import FILE_BYTES_LIMIT
 from tilesnav_ref.scene.materials import material_names, with_named_materials
+from tilesnav_ref.scene.parts import MeshFile, Part
 
-SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off")
-
-FILE_BYTES_LIMIT = 2 << 30
-"""Bytes; parsers hold a file several times over."""
+GLTF_SUFFIXES = (".glb", ".gltf")
+SUFFIXES = (".ply", ".obj", ".stl", *GLTF_SUFFIXES, ".off")
 
 PARSER_FAILURES = (
     ValueError,
@@ -45,28 +45,6 @@ PARSER_FAILURES = (
     json.JSONDecodeError,
 )
 """What trimesh has been seen to raise on broken files; it has no error of its own."""
-
-
-@dataclass(frozen=True)
-class Part:
-    """One placed geometry of a file."""
-
-    name: str
-    vertices: NDArray[np.float64]
-    """(V, 3) file units, axes of the file, node transforms applied."""
-    faces: NDArray[np.int64]
-    """(F, 3), within range."""
-    labels: tuple[str, ...] = ()
-    """Names by which it can be chosen: its own, that of its mesh, that of its material if asked for."""
-
-
-@dataclass(frozen=True)
-class MeshFile:
-    """All placed geometries of a file."""
-
-    parts: tuple[Part, ...]
-    skipped: int
-    """Geometries without faces: points and lines."""
 
 
 def read_mesh(path: Path, max_faces: int, with_materials: bool = False) -> MeshFile:
@@ -91,10 +69,14 @@ def read_mesh(path: Path, max_faces: int, with_materials: bool = False) -> MeshF
     if suffix not in SUFFIXES:
         raise SceneError(source, "name", repr(suffix), ", ".join(SUFFIXES))
     data = _read_bytes(path)
-    claimed = check_claims(path, data, max_faces)
-    scene = _parse(path, suffix, data, with_materials)
-    materials = material_names(suffix, data, scene) if with_materials else {}
-    parts, skipped = _placed_parts(source, scene, max_faces, materials)
+    claimed = None
+    if suffix in GLTF_SUFFIXES:
+        parts, skipped = read_gltf(path, data, max_faces, with_materials)
+    else:
+        claimed = check_claims(path, data, max_faces)
+        scene = _parse(path, suffix, data, with_materials)
+        materials = material_names(scene) if with_materials and suffix == ".obj" else {}
+        parts, skipped = _placed_parts(source, scene, max_faces, materials)
     count = sum(len(p.faces) for p in parts)
     if claimed is not None and count < claimed:
         raise SceneError(source, "faces", f"{count} of the {claimed} that the header claims", "all of them")
@@ -182,9 +164,7 @@ def _placed_parts(
     return parts, len(scene.geometry) - len(meshes)
 
 
-def _part(
-    source: str, labels: tuple[str, ...], matrix: NDArray[np.float64], mesh: trimesh.Trimesh
-) -> Part:
+def _part(source: str, labels: tuple[str, ...], matrix: NDArray[np.float64], mesh: trimesh.Trimesh) -> Part:
     name = labels[0]
     vertices = np.asarray(mesh.vertices, np.float64)
     faces = np.asarray(mesh.faces, np.int64)

@@ -56,6 +56,9 @@ class SceneSettings:
     """Shell-style patterns of names of parts or materials that are seen and hide nothing."""
     one_sided: tuple[str, ...] = ()
     """Shell-style patterns of names of parts or materials that are seen from their front only."""
+    terrain: tuple[str, ...] = ()
+    """Shell-style patterns of names of parts or materials that are the ground; none: it is found by its
+    shape."""
     max_faces: int = 20_000_000
     """Faces (and vertices) that a file may hold, instances counted; about 3 GB of memory."""
 

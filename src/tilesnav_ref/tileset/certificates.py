@@ -35,6 +35,7 @@ def certificate_file(certificates: Certificates, first: int, last: int) -> list[
         "cellOffsets": pool.add(tables.cell_offsets, "<u4"),
         "uses": pool.add(tables.uses, "<u4"),
         "regions": pool.add(tables.regions, "<i4"),
+        "shapes": pool.add(tables.shapes, "u1"),
         "targetOffsets": pool.add(tables.target_offsets, "<u4"),
         "targets": pool.add(tables.targets, "<u4"),
         "cutOffsets": pool.add(tables.cut_offsets, "<u4"),

@@ -53,17 +53,18 @@ def _portals(pool: TablePool, nav_map: NavMap, first: int, last: int) -> Json:
     cells = nav_map.cells
     begin, end = cells.portal_offsets[first], cells.portal_offsets[last]
     used, polygons = np.unique(cells.portal_polygons[begin:end], return_inverse=True)
+    sizes = np.diff(cells.polygon_offsets)[used]
+    rows = np.repeat(cells.polygon_offsets[used] - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
     # Multiplying by a power of two is exact: the file's metres are the grid coordinates themselves.
-    vertices = cells.polygons[used].astype(np.float64) * nav_map.scene.step
-    corners = vertices.shape[1]
+    vertices = cells.polygon_vertices[rows] * nav_map.scene.step
     return {
         "count": _limited(end - begin, "directed portals"),
         "polygonCount": len(used),
-        "vertexCount": len(used) * corners,
+        "vertexCount": len(vertices),
         "offsets": pool.add(_rebased(cells.portal_offsets, first, last), "<u4"),
         "targets": pool.add(cells.portal_targets[begin:end], "<u4"),
         "polygons": pool.add(polygons, "<u4"),
-        "polygonOffsets": pool.add(np.arange(len(used) + 1) * corners, "<u4"),
+        "polygonOffsets": pool.add(np.concatenate(([0], np.cumsum(sizes))), "<u4"),
         "vertices": pool.add(vertices, "<f8"),
     }
 

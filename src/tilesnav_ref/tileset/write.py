@@ -7,11 +7,13 @@ import json
 import logging
 import re
 from collections.abc import Iterable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.levels.model import CoarseLevel
 from tilesnav_ref.tileset.certificates import certificate_file
 from tilesnav_ref.tileset.container import Buffer
@@ -130,14 +132,24 @@ def _write_certificates(
     return _write_side_file(folder, uri, certificate_file(certificates, first, last))
 
 
+def file_ranges(cells: CellComplex, most: int) -> list[tuple[int, int]]:
+    """First cell of every nav file and the one behind its last: sectors in their order, and those with more
+    cells than ``most`` in several files."""
+    borders = cells.sector_offsets.tolist() if len(cells.sector_offsets) else [0, cells.count]
+    return [
+        (first, min(first + most, end))
+        for start, end in pairwise(borders)
+        for first in range(start, end, most)
+    ]
+
+
 def _write_sectors(
     folder: Path, nav_map: NavMap, planes: NDArray[np.float64], settings: TilesetSettings
 ) -> list[Sector]:
     (folder / "nav").mkdir()
     arrays = CellArrays(planes=planes, digests=state_digests(nav_map.pvs, nav_map.lod))
     sectors = []
-    for number, first in enumerate(range(0, nav_map.cells.count, settings.cells_per_sector)):
-        last = min(first + settings.cells_per_sector, nav_map.cells.count)
+    for number, (first, last) in enumerate(file_ranges(nav_map.cells, settings.cells_per_sector)):
         uri = f"nav/{number}.nav"
         with (folder / uri).open("wb") as file:
             file.writelines(nav_file(nav_map, arrays, first, last))

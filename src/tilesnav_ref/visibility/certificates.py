@@ -17,7 +17,8 @@ class Proofs:
 
     cells: tuple[int, ...]
     region: NDArray[np.float64]
-    """(8, 3) fine units."""
+    """(8, 3) corners in fine units, whole numbers, of a box or a prism over a trapezoid; corner i is on the
+    upper side of axis k where bit k of i is set."""
     words: NDArray[np.int32]
 
 
@@ -41,6 +42,7 @@ class CertificateTables:
     cell_offsets: NDArray[np.int64]
     uses: NDArray[np.int64]
     regions: NDArray[np.int64]
+    shapes: NDArray[np.uint8]
     target_offsets: NDArray[np.int64]
     targets: NDArray[np.int32]
     cut_offsets: NDArray[np.int64]
@@ -106,16 +108,66 @@ def _split(words):  # type: ignore[no-untyped-def]
     )
 
 
+_SHAPES = {(0, 1): 1, (1, 2): 2, (2, 0): 3, (0, 2): 4, (1, 0): 5, (2, 1): 6}
+"""Shape of a region by its run axis u and its slanted axis v."""
+
+
+def region_form(corners: NDArray[np.float64]) -> tuple[list[int], int]:
+    """Numbers and shape of a region as they are written.
+
+    Parameters
+    ----------
+    corners : ndarray of float64, shape (8, 3)
+        As in `Proofs.region`.
+
+    Returns
+    -------
+    numbers : list of int
+        Lower corner, upper corner, p and q; p and q are 0 for a box.
+    shape : int
+        0 for a box, 1 to 6 by the axes u and v.
+
+    Raises
+    ------
+    ValueError
+        When the corners are those of no box and no prism over a trapezoid.
+    """
+    points: list[list[int]] = [[int(x) for x in corner] for corner in corners]
+    box = [*points[0], *points[7], 0, 0]
+    if _corners_of(box, None) == points:
+        return box, 0
+    for (u, v), shape in _SHAPES.items():
+        far, near = 1 << u, 7 - (1 << u)
+        row = [*points[0], *points[7], points[far][v], points[7][v]]
+        row[3 + v] = points[near][v]
+        if _corners_of(row, (u, v)) == points:
+            return row, shape
+    raise ValueError(f"region {points}: no box and no prism over a trapezoid")
+
+
+def _corners_of(row: list[int], axes: tuple[int, int] | None) -> list[list[int]]:
+    """Corners of a region by its numbers and its axes u and v; a box has none."""
+    corners = [[row[k + 3 * (i >> k & 1)] for k in range(3)] for i in range(8)]
+    if axes:
+        u, v = axes
+        for i in range(8):
+            if i >> u & 1:
+                corners[i][v] = row[6 + (i >> v & 1)]
+    return corners
+
+
 def _tables(proofs: list[Proofs], first: int, last: int) -> CertificateTables:
     parsed = [_parse(p.words) for p in proofs]
     counts = np.array([len(p.target_counts) for p in parsed], np.int64)
     cell_offsets, uses = _uses(proofs, counts, (first, last))
-    regions = np.array([p.region[[0, -1]].ravel() for p in proofs], np.int64).reshape(-1, 6)
+    forms = [region_form(p.region) for p in proofs]
+    regions = np.array([row for row, _ in forms], np.int64).reshape(-1, 8)
     leaves, offsets, occluders = _distinct(parsed)
     return CertificateTables(
         cell_offsets,
         uses,
         np.repeat(regions, counts, axis=0),
+        np.repeat(np.array([shape for _, shape in forms], np.uint8), counts),
         _offsets(_joined([p.target_counts for p in parsed])),
         _joined([p.targets for p in parsed]),
         _offsets(_joined([p.cut_counts for p in parsed])),

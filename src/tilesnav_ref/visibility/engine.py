@@ -84,7 +84,8 @@ class Run:
     def workspace(self, words: int) -> Workspace:
         """Memory for a thread, with so many words for proofs."""
         return make_workspace(
-            (self.geometry, self.division), self.settings.occluder_faces, self.settings.depth, words)
+            (self.geometry, self.division), self.settings.occluder_faces, self.settings.depth, words
+        )
 
     def advance(self, steps: int) -> None:
         """Count finished steps; only one thread calls this."""

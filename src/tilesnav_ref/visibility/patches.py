@@ -142,9 +142,7 @@ def _mutual(pieces: _Pieces, inner: _Inner, perimeter: Floats, flat: bool) -> _P
     return _Pairs(one[mutual], other[mutual], shared[mutual], turn[mutual])
 
 
-def _may_join(
-    pieces: _Pieces, count: int, pairs: tuple[Ints, Ints, Floats], flat: bool
-) -> NDArray[np.bool_]:
+def _may_join(pieces: _Pieces, count: int, pairs: tuple[Ints, Ints, Floats], flat: bool) -> NDArray[np.bool_]:
     one, other, turn = pairs
     turned = pieces.normal * pieces.turn[:, None]
     sums = [np.bincount(pieces.label, weights=turned[:, k], minlength=count) for k in range(3)]

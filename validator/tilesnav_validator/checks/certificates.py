@@ -109,9 +109,8 @@ def region_holds_cell(subject: Subject) -> Findings:
         for row in range(len(found.uses.offsets) - 1):
             used = found.uses.row(row)
             cell = found.first_cell + row
-            limits = found.regions[used]
             corners = regions.corners(subject.tables.planes[cell], found, subject.nav["grid"]["exponent"])
-            for index, measured in regions.outside(corners, limits):
+            for index, measured in regions.outside(corners, found.regions[used], found.shapes[used]):
                 where = f"{found.name} certificate {used[index]} cell {cell}"
                 yield Finding(where, measured, "within the closed region")
     return None
