@@ -19,6 +19,7 @@ OTHERS = (
     "content.3DTILES_nav.schema.json",
     "nav.schema.json",
     "certificates.schema.json",
+    "facemap.schema.json",
     "rootProperty.schema.json",
 )
 

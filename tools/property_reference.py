@@ -21,6 +21,7 @@ OBJECTS = (
     "content.3DTILES_nav.schema.json",
     "nav.schema.json",
     "certificates.schema.json",
+    "facemap.schema.json",
 )
 BOUNDS = (
     ("minimum", "≥ {}"),

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Any
 
+from casebuilder.coarse import Maker as CoarseMaker
+from casebuilder.coarse import add_coarse
 from casebuilder.container import glb_bytes, glb_parts, nav_bytes, nav_parts
 from casebuilder.exact import cell_corners
 from casebuilder.proofs import Maker, proof_bytes, proof_parts
@@ -46,6 +48,8 @@ class Case:
     """Changes the JSON part and the binary part (a list of one) of every certificate file."""
     cert: Callable[[bytes], bytes] | None = None
     """Changes the bytes of every certificate file before its digest is taken."""
+    coarse: CoarseMaker | None = None
+    """Makes coarse contents with face maps; without it there is none."""
     gltf: Callable[[Json, list[bytes]], object] | None = None
     """Changes the JSON and the binary chunk (a list of one) of content 0 before its digest is taken."""
     glb: Callable[[bytes], bytes] | None = None
@@ -245,6 +249,7 @@ def assemble(case: Case) -> Files:
     if case.entry:
         case.entry(entry)
     tileset = entry_tileset(world, entry, [content_json(world, i, files[content_name(i)]) for i in contents])
+    files |= add_coarse(world, case.coarse(world) if case.coarse else [], tileset)
     if case.tileset:
         case.tileset(tileset)
     files["tileset.json"] = json_bytes(tileset)

@@ -15,6 +15,7 @@ from casebuilder import (
     invalid_portals,
     invalid_proofs,
     invalid_states,
+    levels,
     prism_proofs,
     senses,
 )
@@ -30,6 +31,7 @@ MODULES = (
     invalid_states,
     invalid_deltas,
     invalid_proofs,
+    levels,
     prism_proofs,
     senses,
 )

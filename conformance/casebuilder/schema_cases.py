@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from casebuilder.assemble import Case, Json, content_json, entry_object, entry_tileset
+from casebuilder.coarse import map_parts, moved
 from casebuilder.container import dumps, nav_parts
 from casebuilder.proofs import proof_parts
 from casebuilder.state import sector_tables, world_states
@@ -197,6 +198,11 @@ def content_tests(base: Json) -> list[Json]:
     t.valid("porous and one-sided objects", t.base)
     for member in ("porous", "oneSided"):
         t.bad(c, (member,), "0", *([index] for index in COUNT))
+    t.base = {**base, "level": 1, "faceMap": {"uri": "content/0.fmap", "sha256": ""}}
+    t.valid("a face map", t.base)
+    t.bad_object(c, ("faceMap",), ("uri", "sha256"))
+    t.bad(c, ("faceMap", "uri"), 5, "")
+    t.bad(c, ("faceMap", "sha256"), 5)
     return t.tests
 
 
@@ -247,6 +253,13 @@ def certificate_tests(base: Json) -> list[Json]:
     return t.tests
 
 
+def face_map_tests(base: Json) -> list[Json]:
+    """Tests of the JSON part of a face map."""
+    t = Tests(base)
+    _container(t, "level/container", ("faceMap",), ("faceMap",))
+    return t.tests
+
+
 def _container(t: Tests, j: str, groups: tuple[str, ...], tables: tuple[str, ...]) -> None:
     """What the JSON parts of all containers refuse."""
     base = t.base
@@ -266,8 +279,9 @@ def _container(t: Tests, j: str, groups: tuple[str, ...], tables: tuple[str, ...
     for group, members in ((g, base[g]) for g in tables):
         for member in members:
             t.bad(j, (group, member), *(COUNT if "ount" in member else INDEX))
-    t.bad(j, ("sector", "firstCell"), *COUNT)
-    t.bad(j, ("sector", "cellCount"), "1", 1.5, 0, BIG)
+    if "sector" in groups:
+        t.bad(j, ("sector", "firstCell"), *COUNT)
+        t.bad(j, ("sector", "cellCount"), "1", 1.5, 0, BIG)
 
 
 def case_tests(valid: Json, invalid: Json) -> list[Json]:
@@ -302,6 +316,7 @@ def schema_files() -> dict[str, bytes]:
             ("entry-tileset", tileset_tests(tileset)),
             ("nav", nav_tests(nav)),
             ("certificates", certificate_tests(certificates)),
+            ("facemap", face_map_tests(map_parts(moved(SINGLE, 1)[0])[0])),
             ("case", case_tests(fits, fails)),
         )
     )

@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from tilesnav_ref.cells import CellSettings, decompose, planes
+from tilesnav_ref.levels import CoarseLevel, LevelSettings, coarse_levels
 from tilesnav_ref.lod import LodSettings, choose_levels
 from tilesnav_ref.scene import SceneSettings, load_scene
+from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.tileset.delta import make_deltas
 from tilesnav_ref.tileset.folder import new_folder
 from tilesnav_ref.tileset.model import NavMap, TilesetSettings
@@ -27,6 +29,7 @@ class EncodeSettings:
     cells: CellSettings = field(default_factory=CellSettings)
     visibility: VisibilitySettings = field(default_factory=VisibilitySettings)
     lod: LodSettings = field(default_factory=LodSettings)
+    coarse: LevelSettings = field(default_factory=LevelSettings)
     tileset: TilesetSettings = field(default_factory=TilesetSettings)
     update: Path | None = None
     """An earlier tileset; what cells list that see nothing of the change is taken over."""
@@ -86,11 +89,14 @@ def encode(
             lod = choose_levels(scene, cells, pvs, settings.lod, steps, settings.visibility.threads)
         with watch.stage("deltas"):
             deltas = make_deltas(cells, pvs, lod)
+        coarse = _coarse_levels(scene, settings, watch)
         with watch.stage("write"):
             provenance = make_provenance(source, _stages(settings, update), found, cells, pvs)
             if update is not None:
                 provenance["update"] = update.findings
-            nav_map = NavMap(scene, cells, pvs, lod, deltas, provenance, settings.visibility.max_range)
+            nav_map = NavMap(
+                scene, cells, pvs, lod, deltas, provenance, settings.visibility.max_range, coarse
+            )
             write_tileset(folder, nav_map, planes(cells, scene.step), settings.tileset)
         report = run_report(watch)
         write_report(folder, report)
@@ -99,7 +105,16 @@ def encode(
     return report
 
 
+def _coarse_levels(scene: Scene, settings: EncodeSettings, watch: Stopwatch) -> tuple[CoarseLevel, ...]:
+    """Coarse levels, where any are asked for."""
+    if settings.coarse.levels == 1:
+        return ()
+    with watch.stage("simplification") as steps:
+        return coarse_levels(scene, settings.coarse, steps, settings.visibility.threads)
+
+
 def _stages(settings: EncodeSettings, update: Update | None) -> dict[str, Any]:
     """Settings of the stages; an update is stated by what was updated, not by where it lay."""
-    stages = {name: of_stage for name, of_stage in vars(settings).items() if name != "update"}
+    left_out = {"update"} if settings.coarse.levels > 1 else {"update", "coarse"}
+    stages = {name: of_stage for name, of_stage in vars(settings).items() if name not in left_out}
     return stages if update is None else {**stages, "update": update.parameters}

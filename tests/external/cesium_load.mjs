@@ -73,7 +73,9 @@ async function walk(tile, base, found) {
     await walk(inner.root, new URL(uri, base).href, found);
   } else if (uri) {
     const components = await loadGltf(new Cesium.Resource({ url: new URL(uri, base).href }));
-    found.contents.push({ uri, nav: header.content.extensions?.[NAV] ?? null, ...measure(components, tile) });
+    const replaced = tile.refine === Cesium.Cesium3DTileRefine.REPLACE && tile.children.length > 0;
+    const nav = header.content.extensions?.[NAV] ?? null;
+    found.contents.push({ uri, nav, error: tile.geometricError, replaced, ...measure(components, tile) });
   }
   for (const child of tile.children) await walk(child, base, found);
 }

@@ -57,7 +57,7 @@ def instances_of(case: Path) -> Iterator[tuple[str, Any]]:
             if nav is not None:
                 yield "tileset.3DTILES_nav.schema.json", nav
             yield from (("content.3DTILES_nav.schema.json", one) for one in contents_of(value.get("root")))
-    kinds = {".nav": "nav.schema.json", ".cert": "certificates.schema.json"}
+    kinds = {".nav": "nav.schema.json", ".cert": "certificates.schema.json", ".fmap": "facemap.schema.json"}
     for path in sorted(p for p in case.rglob("*") if p.suffix in kinds):
         data = path.read_bytes()
         if len(data) < NAV_HEADER.size:

@@ -13,10 +13,10 @@ from tilesnav_validator.registry import REGISTRY
 
 STAGES = ("io", "schema", "link", "binary", "geometry", "visibility")
 WAYS = ("check", "schema", "sampling", "inspection")
-CLASSES = ("core", "cell", "pvs", "lod", "delta", "provenance", "certificate")
+CLASSES = ("core", "cell", "pvs", "lod", "delta", "provenance", "certificate", "level")
 
 
-BY_BOTH = {"certificate/container"}
+BY_BOTH = {"certificate/container", "level/container"}
 """Requirements that a schema checks as well as code."""
 
 

@@ -21,6 +21,7 @@ SCHEMA_OF = {
     "content": "content.3DTILES_nav.schema.json",
     "nav": "nav.schema.json",
     "certificates": "certificates.schema.json",
+    "facemap": "facemap.schema.json",
     "case": "case.schema.json",
 }
 
@@ -86,14 +87,15 @@ def test_every_table_of_a_container_is_described() -> None:
     groups = {
         **schemas()["nav.schema.json"]["properties"],
         **schemas()["certificates.schema.json"]["properties"],
+        **schemas()["facemap.schema.json"]["properties"],
     }
     tables = {
         f"{group}.{member}"
-        for group in ("cells", "portals", "pvs", "lod", "deltas", "certificates")
+        for group in ("cells", "portals", "pvs", "lod", "deltas", "certificates", "faceMap")
         for member, value in groups[group]["properties"].items()
         if value["$ref"].endswith("bufferViewIndex")
     }
     types = "FLOAT64|UINT32|UINT8|INT32"
-    described = re.findall(rf"^\| `([a-z]+\.[a-zA-Z]+)` \| (?:{types}) \|", SPEC, re.MULTILINE)
+    described = re.findall(rf"^\| `([a-zA-Z]+\.[a-zA-Z]+)` \| (?:{types}) \|", SPEC, re.MULTILINE)
     assert set(described) == tables
     assert len(described) == len(tables)

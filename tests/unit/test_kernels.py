@@ -12,7 +12,7 @@ from tilesnav_ref import kernels
 
 PACKAGE = Path(tilesnav_ref.__file__).parent
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if "@kernel" in p.read_text() and p.name != "kernels.py")
-SHARED = {"numpy", "math", "numba", "__future__", "typing"}
+SHARED = {"numpy", "math", "numba", "__future__", "typing", "heapq"}
 
 
 def imported_from_elsewhere(tree: ast.Module, own: str) -> set[str]:

@@ -164,6 +164,9 @@ class _Run:
         if requirement.id == "certificate/container":
             files = [file for file in self.subject.certificate_files.values() if not file.header_fault()]
             self._read_json("certificate/container", files, "certificates.schema.json")
+        if requirement.id == "level/container":
+            maps = [coarse.file for coarse in self.subject.coarse if not coarse.file.header_fault()]
+            self._read_json("level/container", maps, "facemap.schema.json")
         found = self.schema_errors.pop(requirement.id, [])
         yield from found
         if requirement.checked_by == "schema" or found:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_validator import certfile, glb, lodjudge, polyhedra, strictjson, tables, tiles
+from tilesnav_validator import certfile, facemaps, glb, lodjudge, polyhedra, strictjson, tables, tiles
 from tilesnav_validator.files import FileError, Folder, UriOutsideError, open_file
 from tilesnav_validator.findings import Finding, Settings, UnreadableInputError
 from tilesnav_validator.navfile import NavFile
@@ -129,14 +129,15 @@ class Subject:
     @cached_property
     def sector_faults(self) -> dict[str, list[Finding]]:
         """Faults of opening the sectors, by requirement; filled by ``sectors``."""
-        return {"core/uri-inside": [], "core/sector-resolves": [], "certificate/file-resolves": []}
+        links = ("core/sector-resolves", "certificate/file-resolves", "level/face-map-resolves")
+        return {identifier: [] for identifier in ("core/uri-inside", *links)}
 
     @cached_property
     def sectors(self) -> list[NavFile]:
         """The nav files that could be opened, in the order of the list."""
         opened = []
         for index, sector in enumerate(self.nav["sectors"]):
-            found = self._open(sector["uri"], f"sectors/{index}/uri", "core/sector-resolves")
+            found = self._open(sector["uri"], self._where(f"sectors/{index}/uri"), "core/sector-resolves")
             if found:
                 opened.append(NavFile(*found))
         return opened
@@ -150,7 +151,7 @@ class Subject:
                 continue
             uri, stated = sector["certificates"]["uri"], sector["certificates"]["sha256"]
             place = f"sectors/{index}/certificates"
-            found = self._open(uri, f"{place}/uri", "certificate/file-resolves")
+            found = self._open(uri, self._where(f"{place}/uri"), "certificate/file-resolves")
             if found:
                 digest = hashlib.sha256(found[1]).hexdigest()
                 if digest == stated:
@@ -169,17 +170,49 @@ class Subject:
     def _where(self, pointer: str) -> str:
         return f"{self.entry_name}#/extensions/{tiles.EXTENSION}/{pointer}"
 
-    def _open(self, uri: str, pointer: str, requirement: str) -> tuple[str, memoryview] | None:
-        """Name and bytes of a file of a sector; None, and a fault noted, where it cannot be opened."""
+    @cached_property
+    def coarse(self) -> list[facemaps.Coarse]:
+        """Nav contents of level 1 or more whose face map could be opened and has its digest."""
+        opened = []
+        for content in self.walk.contents:
+            stated = content.nav.get("faceMap")
+            if content.nav["level"] == 0 or stated is None:
+                continue
+            where = f"{content.place}/extensions/{tiles.EXTENSION}/faceMap"
+            found = self._open(stated["uri"], f"{where}/uri", "level/face-map-resolves", content.folder)
+            if not found:
+                continue
+            digest = hashlib.sha256(found[1]).hexdigest()
+            if digest == stated["sha256"]:
+                opened.append(facemaps.Coarse(content, NavFile(*found, facemaps.FMAP)))
+            else:
+                finding = Finding(f"{where}/sha256", stated["sha256"][:80], digest)
+                self.sector_faults["level/face-map-resolves"].append(finding)
+        return opened
+
+    @cached_property
+    def face_maps(self) -> list[facemaps.FaceMap]:
+        """Face map of each content of ``coarse``; only after the check of their containers."""
+        return [facemaps.read(coarse.file) for coarse in self.coarse]
+
+    @cached_property
+    def coarse_primitives(self) -> list[list[glb.Primitive]]:
+        """Primitives of each content of ``coarse``; only after the check of these contents."""
+        return [glb.read(coarse.content.data) for coarse in self.coarse if coarse.content.data is not None]
+
+    def _open(
+        self, uri: str, where: str, requirement: str, base: tuple[str, ...] = ()
+    ) -> tuple[str, memoryview] | None:
+        """Name and bytes of a file; None, and a fault noted, where it cannot be opened."""
         try:
-            place = self.folder.resolve((), uri)
+            place = self.folder.resolve(base, uri)
             return "/".join(place), open_file(self.folder.path(place))
         except UriOutsideError as error:
             allowed = "a relative reference inside the folder of the entry tileset"
-            finding = Finding(self._where(pointer), f"{uri[:200]!r} {error}", allowed)
+            finding = Finding(where, f"{uri[:200]!r} {error}", allowed)
             self.sector_faults["core/uri-inside"].append(finding)
         except FileError as error:
-            finding = Finding(self._where(pointer), f"{uri[:200]!r}: {error}", "a readable file")
+            finding = Finding(where, f"{uri[:200]!r}: {error}", "a readable file")
             self.sector_faults[requirement].append(finding)
         return None
 

@@ -40,12 +40,18 @@ class Tile:
         To the frame of the parent; None when it is not 16 finite numbers.
     volume : object
         The bounding volume as it stands in the file.
+    refine : object
+        As it stands in the file, or else that of the parent.
+    error : object
+        The geometric error as it stands in the file.
     """
 
     place: str
     parent: Tile | None
     transform: FloatArray | None
     volume: Any
+    refine: Any = None
+    error: Any = None
 
     def chain(self) -> Iterator[Tile]:
         """The tile itself, its parent, and so on to the root."""
@@ -67,12 +73,15 @@ class Content:
         The extension object as it stands in the file.
     data : memoryview or None
         Bytes of the file, None when it could not be opened.
+    folder : tuple of str
+        Where the tileset file lies that the content stands in, from that of the entry tileset downwards.
     """
 
     place: str
     tile: Tile
     nav: Any
     data: memoryview | None
+    folder: tuple[str, ...] = ()
 
 
 @dataclass
@@ -158,7 +167,14 @@ def walk(folder: Folder, entry_place: tuple[str, ...], entry: dict[str, Any]) ->
 def _visit(folder: Folder, step: _Step, result: Walk) -> Iterator[_Step]:
     """Take note of a tile; yield its children and the roots of its external tilesets."""
     place = f"{step.source.name}#{step.pointer}"
-    tile = Tile(place, step.parent, as_transform(step.json.get("transform")), step.json.get("boundingVolume"))
+    tile = Tile(
+        place,
+        step.parent,
+        as_transform(step.json.get("transform")),
+        step.json.get("boundingVolume"),
+        step.json.get("refine", step.parent.refine if step.parent else None),
+        step.json.get("geometricError"),
+    )
     for pointer, content in _contents(step):
         yield from _visit_content(folder, _Step(content, pointer, tile, step.source), step.json, result)
     children = step.json.get("children")
@@ -195,7 +211,8 @@ def _visit_content(folder: Folder, step: _Step, tile_json: dict[str, Any], resul
         found = _open(folder, step.source, uri, f"{place}/uri", result)
     if is_nav:
         data = found[1] if found else None
-        result.contents.append(Content(place, step.parent, extensions[EXTENSION], data))
+        folder_of = step.source.place[:-1]
+        result.contents.append(Content(place, step.parent, extensions[EXTENSION], data, folder_of))
     elif found and _may_be_tileset(*found):
         yield from _external(found, f"{place}/uri", step, result)
 

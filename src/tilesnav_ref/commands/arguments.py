@@ -10,10 +10,12 @@ from typing import Any, NoReturn
 
 from tilesnav_ref import __version__
 from tilesnav_ref.cells import CellError, CellSettings
+from tilesnav_ref.commands.coarse_arguments import add_coarse_options
 from tilesnav_ref.commands.mission_arguments import add_mission_options
 from tilesnav_ref.commands.sample import SIZES
 from tilesnav_ref.commands.values import integer, number, numbers
 from tilesnav_ref.encode import EncodeSettings
+from tilesnav_ref.levels import LevelSettings
 from tilesnav_ref.lod import LodSettings
 from tilesnav_ref.scene import METRES_PER_UNIT, SceneError, SceneSettings
 from tilesnav_ref.scene.sample import DETAILS, TownSettings
@@ -71,6 +73,7 @@ def encode_settings(given: argparse.Namespace) -> EncodeSettings:
             cells=_settings(CellSettings, values),
             visibility=_settings(VisibilitySettings, values),
             lod=_settings(LodSettings, values),
+            coarse=_settings(LevelSettings, values),
             tileset=_settings(TilesetSettings, values),
             update=given.update,
         )
@@ -208,6 +211,7 @@ def _add_encode(parser: argparse.ArgumentParser) -> None:
     _add_scene_options(parser.add_argument_group("scene"))
     _add_cell_options(parser.add_argument_group("cells"))
     _add_table_options(parser.add_argument_group("sets, levels and files"))
+    add_coarse_options(parser.add_argument_group("coarse meshes"))
 
 
 def _add_cells(parser: argparse.ArgumentParser) -> None:

@@ -25,12 +25,12 @@ def number(text: str) -> float:
     return value
 
 
-def numbers(count: int) -> Callable[[str], tuple[float, ...]]:
-    """A given count of numbers with commas between them."""
+def numbers(count: int | None) -> Callable[[str], tuple[float, ...]]:
+    """A given count of numbers with commas between them; None for any count."""
 
     def convert(text: str) -> tuple[float, ...]:
         parts = text.split(",")
-        if len(parts) != count:
+        if count is not None and len(parts) != count:
             raise argparse.ArgumentTypeError(
                 f"found {text!r}; allowed: {count} numbers with commas between them"
             )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.levels.model import CoarseLevel
 from tilesnav_ref.lod.model import LodTable
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.visibility.model import PvsTable
@@ -66,3 +67,5 @@ class NavMap:
     """The entry object's member of that name; JSON values."""
     max_range: float | None = None
     """Metres within which a face counts as visible; None for any distance."""
+    coarse: tuple[CoarseLevel, ...] = ()
+    """Coarse levels, from fine to coarse."""

@@ -19,8 +19,8 @@ Json = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class CertificateFile:
-    """A certificate file that has been written."""
+class SideFile:
+    """A certificate file or a face map that has been written."""
 
     uri: str
     sha256: str
@@ -35,7 +35,7 @@ class Sector:
     """Number of its first cell."""
     last: int
     """Number behind that of its last cell."""
-    certificates: CertificateFile | None = None
+    certificates: SideFile | None = None
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,10 @@ class Tile:
     extension: Json
     lower: NDArray[np.int64]
     upper: NDArray[np.int64]
+    error: float = 0.0
+    """Distance of its faces from those of level 0 at most, m."""
+    finer: Tile | None = None
+    """What replaces it where more detail is asked for."""
 
 
 def content_tile(uri: str, content_id: int, content: Content) -> Tile:
@@ -62,6 +66,24 @@ def content_tile(uri: str, content_id: int, content: Content) -> Tile:
     return Tile(uri, extension, content.lower, content.upper)
 
 
+def coarse_tile(content: Tile, level: int, error: float, face_map: SideFile, finer: Tile) -> Tile:
+    """State what tileset.json says about a content of a coarse level, from what it says of any content.
+
+    Notes
+    -----
+    The finer tile lies within the coarser one, and is not shown where the coarser one is good enough; so the
+    box and the error of the coarser one are not less.
+    """
+    return Tile(
+        content.uri,
+        {**content.extension, "level": level, "faceMap": vars(face_map)},
+        np.minimum(content.lower, finer.lower),
+        np.maximum(content.upper, finer.upper),
+        max(error, finer.error),
+        finer,
+    )
+
+
 def tileset_json(nav_map: NavMap, tiles: list[Tile], sectors: list[Sector]) -> Json:
     """Make the entry tileset.
 
@@ -69,13 +91,14 @@ def tileset_json(nav_map: NavMap, tiles: list[Tile], sectors: list[Sector]) -> J
     -----
     The root has no content, so refining it replaces nothing and adds everything: with ADD a viewer shows
     each child as soon as it is there, with REPLACE it would hold all of them back until the last one has
-    come. Children are the finest level, so their geometric error is 0; what is missing while they are not
-    shown is the whole scene, so the error of the root is the diagonal of its box.
+    come. The finest level has a geometric error of 0, a coarser one its measured distance from it; what is
+    missing while none of them is shown is the whole scene, so the error of the root is the diagonal of its
+    box.
     """
     scene = nav_map.scene
     lower = np.min([tile.lower for tile in tiles], axis=0)
     upper = np.max([tile.upper for tile in tiles], axis=0)
-    error = diagonal(lower, upper, scene.step)
+    error = max(diagonal(lower, upper, scene.step), *(tile.error for tile in tiles))
     return {
         "asset": {"version": "1.1", "generator": f"tilesnav {__version__}"},
         "extensionsUsed": [EXTENSION],
@@ -97,11 +120,14 @@ def column_major(transform: NDArray[np.float64]) -> list[float]:
 
 
 def _child(scene: Scene, tile: Tile) -> Json:
-    return {
+    child: Json = {
         "boundingVolume": {"box": box_volume(tile.lower, tile.upper, scene.step)},
-        "geometricError": 0,
+        "geometricError": tile.error if tile.finer else 0,
         "content": {"uri": tile.uri, "extensions": {EXTENSION: tile.extension}},
     }
+    if tile.finer:
+        child |= {"refine": "REPLACE", "children": [_child(scene, tile.finer)]}
+    return child
 
 
 def _entry(nav_map: NavMap, sectors: list[Sector]) -> Json:

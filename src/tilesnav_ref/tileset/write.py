@@ -6,6 +6,7 @@ import hashlib
 import json
 import logging
 import re
+from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,13 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.model import CellComplex
+from tilesnav_ref.levels.model import CoarseLevel
 from tilesnav_ref.tileset.certificates import certificate_file
+from tilesnav_ref.tileset.container import Buffer
 from tilesnav_ref.tileset.content import make_content
 from tilesnav_ref.tileset.delta import state_digests
 from tilesnav_ref.tileset.errors import EncodeError
+from tilesnav_ref.tileset.facemap import face_map_file, objects_of
 from tilesnav_ref.tileset.model import NavMap, TilesetSettings
 from tilesnav_ref.tileset.nav import CellArrays, nav_file
-from tilesnav_ref.tileset.tilejson import CertificateFile, Sector, Tile, content_tile, tileset_json
+from tilesnav_ref.tileset.tilejson import Sector, SideFile, Tile, coarse_tile, content_tile, tileset_json
 
 NUMBERS = re.compile(r"\[\n[-+.,\w\s]*\]")
 """An array of numbers over several lines; the line break tells it from the text of a string."""
@@ -91,24 +95,41 @@ def _write_contents(folder: Path, nav_map: NavMap) -> list[Tile]:
         content = make_content(nav_map.scene, number)
         uri = f"contents/{number}.glb"
         (folder / uri).write_bytes(content.data)
-        tiles.append(content_tile(uri, number, content))
+        tile = content_tile(uri, number, content)
+        for level in nav_map.coarse:
+            tile = _write_coarse(folder, level, number, tile)
+        tiles.append(tile)
     log.info("wrote %d contents", len(tiles))
     return tiles
 
 
+def _write_coarse(folder: Path, level: CoarseLevel, number: int, finer: Tile) -> Tile:
+    """Write a content of a coarse level and its face map."""
+    content = make_content(level.scene, number)
+    uri = f"contents/{number}-{level.level}.glb"
+    (folder / uri).write_bytes(content.data)
+    face_map = _write_side_file(folder, f"contents/{number}-{level.level}.fmap", face_map_file(level, number))
+    error = float(level.errors[objects_of(level, number)].max())
+    return coarse_tile(content_tile(uri, number, content), level.level, error, face_map, finer)
+
+
+def _write_side_file(folder: Path, uri: str, parts: Iterable[Buffer]) -> SideFile:
+    digest = hashlib.sha256()
+    with (folder / uri).open("wb") as file:
+        for part in parts:
+            file.write(part)
+            digest.update(part)
+    return SideFile(uri, digest.hexdigest())
+
+
 def _write_certificates(
     folder: Path, nav_map: NavMap, nav_uri: str, first: int, last: int
-) -> CertificateFile | None:
+) -> SideFile | None:
     certificates = nav_map.pvs.certificates
     if certificates is None:
         return None
     uri = nav_uri.removesuffix(".nav") + ".cert"
-    digest = hashlib.sha256()
-    with (folder / uri).open("wb") as file:
-        for part in certificate_file(certificates, first, last):
-            file.write(part)
-            digest.update(part)
-    return CertificateFile(uri, digest.hexdigest())
+    return _write_side_file(folder, uri, certificate_file(certificates, first, last))
 
 
 def file_ranges(cells: CellComplex, most: int) -> list[tuple[int, int]]:

@@ -29,6 +29,7 @@ _MODULES = (
     "deltas",
     "conservative",
     "certificates",
+    "coarse",
 )
 
 

@@ -45,13 +45,20 @@ def object_flags(subject: Subject) -> Iterator[Finding]:
 def on_grid(subject: Subject) -> Iterator[Finding]:
     """Positions are multiples of the grid step."""
     for content, primitives in zip(subject.finest, subject.primitives, strict=True):
-        for number, primitive in enumerate(primitives):
-            steps = primitive.positions / subject.step
-            wrong = (steps != np.rint(steps)) | (np.abs(steps) >= MAX_STEPS)
-            for vertex in np.flatnonzero(wrong.any(axis=1)):
-                measured = f"{primitive.positions[vertex].tolist()} (nav frame)"
-                allowed = f"integer multiples of {subject.step:g}, less than 2^23 of them"
-                yield Finding(f"{content.place} primitive {number} vertex {vertex}", measured, allowed)
+        yield from position_faults(content, primitives, subject.step)
+
+
+def position_faults(
+    content: Content, primitives: Sequence[glb.Primitive], step: float
+) -> Iterator[Finding]:
+    """Positions of a content that are off the grid, or too far."""
+    for number, primitive in enumerate(primitives):
+        steps = primitive.positions / step
+        wrong = (steps != np.rint(steps)) | (np.abs(steps) >= MAX_STEPS)
+        for vertex in np.flatnonzero(wrong.any(axis=1)):
+            measured = f"{primitive.positions[vertex].tolist()} (nav frame)"
+            allowed = f"integer multiples of {step:g}, less than 2^23 of them"
+            yield Finding(f"{content.place} primitive {number} vertex {vertex}", measured, allowed)
 
 
 @check("core/face-count", needs=("core/content-gltf",))

@@ -20,9 +20,9 @@ LINKED = ("core/uri-inside", "core/content-resolves", "core/external-tilesets-en
 
 @check("core/uri-inside")
 def uri_inside(subject: Subject) -> Iterator[Finding]:
-    """Uris of sectors, certificate files, contents and external tilesets."""
+    """Uris of sectors, certificate files, face maps, contents and external tilesets."""
     yield from subject.walk.faults["core/uri-inside"]
-    _ = subject.sectors, subject.certificate_files
+    _ = subject.sectors, subject.certificate_files, subject.coarse
     yield from subject.sector_faults["core/uri-inside"]
 
 
