@@ -53,6 +53,19 @@ def test_no_cell_is_above_the_ceiling_over_a_hill() -> None:
     assert cells.coverage > 0.8
 
 
+def test_band_that_is_off_the_grid_is_rounded_inwards() -> None:
+    ground = surface(lambda _x, _y: 0.0, 32.0)
+    band = dataclasses.replace(AIR, altitude_min=8.02, altitude_max=24.05)  # 128.32 and 384.8 grid steps
+    tops, bottoms = heights_above(decompose(scene_of(ground), band), ground)
+    assert tops.max() == 24.0
+    assert bottoms.min() == 8.0625
+
+
+def test_upright_face_alone_has_no_space() -> None:
+    with pytest.raises(CellError, match=r"the domain is 0.0 m along x"):
+        decompose(scene_of(wall(4.0, (0.0, 30.0), (0.0, 30.0))), AIR)
+
+
 def test_lower_end_of_the_band_follows_the_hill_too() -> None:
     ground = surface(hill, 128.0)
     cells = decompose(scene_of(ground), dataclasses.replace(AIR, altitude_min=8.0))

@@ -105,8 +105,8 @@ def test_view_shows_every_cell_and_every_portal_once(scene: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "status", "message"),
     [
-        (("--plot", "picture.bmp"), 1, "allowed: .png, .svg, .pdf"),
-        (("--plot", "nowhere/picture.png"), 1, "is not a folder"),
+        (("--plot", "picture.bmp"), 2, "allowed: .png, .svg, .pdf"),
+        (("--plot", "nowhere/picture.png"), 2, "is not a folder"),
         (("--sector", "0,0"), 2, "without sector_size"),
         (("--sector", "a,b", "--sector-size", "16"), 2, "integer"),
         (("--sector", "0,0,0", "--sector-size", "16"), 2, "two integers"),
@@ -117,6 +117,11 @@ def test_view_shows_every_cell_and_every_portal_once(scene: Path) -> None:
         (("--mission", "ground", "--altitude-max", "9"), 2, "ground_height alone"),
         (("--terrain", "lawn"), 2, "'house'"),
         (("--ground-slope", "-1"), 2, "ground_slope"),
+        (("--altitude-max", "1e300"), 1, "altitude_max is 1e+300 m; allowed: less than 8192 m"),
+        (("--sector-size", "1e300"), 1, "sector_size is 1e+300 m; allowed: less than 8192 m"),
+        (("--mission", "ground", "--ground-step", "1e300"), 1, "ground_step is 1e+300 m; allowed: less than"),
+        (("--clearance", "1e300"), 1, "clearance is 1e+300 m; allowed: less than 8192 m"),
+        (("--mission", "corridor", "--corridor", "4,4,28;9,9,28"), 1, "is connected to a point of the corr"),
     ],
 )
 def test_what_is_wrong_is_said(

@@ -108,10 +108,11 @@ def _mission_cells(
     prisms = sector_by_sector(roots, sizes.sector, settings.sector, divide)
     if len(prisms) == 0:
         domain = np.stack((roots[:, 0].min(axis=0), roots[:, 1].max(axis=0)))
+        start = "a point of the corridor" if settings.mission == "corridor" else "the sky"
         raise CellError(
             f"no free space: no cell of {sizes.min_size * step} m with a clearance of "
             f"{sizes.clearance * step} m fits into the domain {(domain * step).tolist()} m and is connected "
-            f"to {'the sky' if settings.seeds == 'sky' else 'the seeds'}"
+            f"to {start if settings.seeds == 'sky' else 'the seeds'}"
         )
     return prisms[mission.keep(prism_bounds(prisms))] if isinstance(mission, Mission) else prisms
 

@@ -38,8 +38,45 @@ END_SHARE = 32
 the square grid step that a facet needs, and thin enough to follow a wall into a corner."""
 
 
+def altitude_steps(settings: CellSettings, step: float) -> tuple[int, int]:
+    """Both ends of the band of altitude in grid steps, rounded inwards: no cell is higher than asked for.
+
+    Without ``altitude_max`` the upper end is `AIRSPACE_TOP`.
+    """
+    highest = AIRSPACE_TOP if settings.altitude_max is None else settings.altitude_max
+    return math.ceil(settings.altitude_min / step), math.floor(highest / step)
+
+
+def _check_lengths(settings: CellSettings, step: float) -> None:
+    """Refuse lengths that have no place on the grid."""
+    for name in (
+        "min_size",
+        "max_size",
+        "voxel_size",
+        "clearance",
+        "ground_height",
+        "ground_step",
+        "altitude_min",
+        "altitude_max",
+        "sector_size",
+    ):
+        value = getattr(settings, name)
+        if value is not None and abs(value) / step > COORDINATE_LIMIT - 1:
+            raise CellError(
+                f"{name} is {value} m; allowed: less than {COORDINATE_LIMIT * step:g} m, 2^23 grid steps"
+            )
+
+
 def grid_sizes(settings: CellSettings, step: float) -> GridSizes:
-    """Lengths in grid steps; the clearance is rounded up, so that it is never less than asked for."""
+    """Lengths in grid steps; the clearance is rounded up, so that it is never less than asked for, and the
+    height of ground cells down.
+
+    Raises
+    ------
+    CellError
+        The smallest cell is below two grid steps, or a length beyond the grid.
+    """
+    _check_lengths(settings, step)
     voxel = settings.method == "voxel"
     smallest, largest = (
         (settings.voxel_size, settings.voxel_size) if voxel else (settings.min_size, settings.max_size)
@@ -48,7 +85,7 @@ def grid_sizes(settings: CellSettings, step: float) -> GridSizes:
         round(smallest / step),
         round(largest / step),
         math.ceil(settings.clearance / step),
-        round(settings.ground_height / step),
+        math.floor(settings.ground_height / step),
         max(round(smallest / step) // END_SHARE, 4),
         0 if settings.sector_size is None else round(settings.sector_size / step),
     )
@@ -56,11 +93,6 @@ def grid_sizes(settings: CellSettings, step: float) -> GridSizes:
         raise CellError(
             f"a smallest cell of {smallest} m is {sizes.min_size} grid steps; "
             f"allowed: 2 or more, {2 * step} m"
-        )
-    if max(sizes.max_size, sizes.clearance, sizes.ground_height) >= COORDINATE_LIMIT:
-        raise CellError(
-            f"max_size, clearance and ground_height are {sizes} in grid steps; "
-            f"allowed: less than {COORDINATE_LIMIT}"
         )
     return sizes
 
@@ -105,12 +137,11 @@ def _horizontal_bounds(
 
 def _vertical_bounds(highest: int, ground: Ground, settings: CellSettings, step: float) -> tuple[int, int]:
     lowest_ground, highest_ground = int(ground.low.min()), int(ground.low.max())
+    altitude_min, altitude_max = altitude_steps(settings, step)
+    top = highest_ground + altitude_max
     if settings.altitude_max is None:
         above = round(settings.max_size / step)  # also for voxels, so that methods share one domain
-        top = min(highest_ground + round(AIRSPACE_TOP / step), highest + above)
-    else:
-        top = highest_ground + round(settings.altitude_max / step)
-    altitude_min = round(settings.altitude_min / step)
+        top = min(top, highest + above)
     if highest_ground + altitude_min >= top:
         raise CellError(
             f"altitude_min is {settings.altitude_min} m and the upper end {(top - highest_ground) * step} m "

@@ -199,7 +199,7 @@ def prune(
 
 
 @kernel
-def _collect_kept(
+def collect_kept(
     children: NDArray[np.int64],
     keeps: NDArray[np.bool_],
     spans: NDArray[np.int64],
@@ -207,7 +207,8 @@ def _collect_kept(
     result: NDArray[np.int64],
 ) -> int:
     """Prisms of the nodes that stay, in the order of space; returns how many."""
-    stack, top, count = np.zeros(2 * _DEPTH, np.int64), 1, 0
+    # a chain of thin strips, each cut off and pending here, is as long as there are tiles
+    stack, top, count = np.zeros(len(children), np.int64), 1, 0
     while top > 0:
         top -= 1
         node = stack[top]
@@ -320,4 +321,4 @@ def divide_tile(
         nodes += 2
     keeps = np.empty(nodes, np.bool_)
     prune(children, values, nodes, keeps)
-    return int(_collect_kept(children, keeps, spans, rows, result))
+    return int(collect_kept(children, keeps, spans, rows, result))

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.cells.coverage import locate_points
-from tilesnav_ref.cells.domain import AIRSPACE_TOP, GridSizes
+from tilesnav_ref.cells.domain import GridSizes, altitude_steps
 from tilesnav_ref.cells.prisms import prisms_of_boxes
 from tilesnav_ref.cells.settings import CellError, CellSettings
 from tilesnav_ref.cells.terrain import Ground
@@ -39,8 +39,7 @@ class Mission:
         self._settings = settings
         self._sizes = sizes
         self._ground = ground
-        highest = AIRSPACE_TOP if settings.altitude_max is None else settings.altitude_max
-        self._band = round(settings.altitude_min / step), round(highest / step)
+        self._band = altitude_steps(settings, step)
         self._line = np.array(settings.corridor, np.float64).reshape(-1, 3) / step
         self._radius = settings.corridor_radius / step
 

@@ -103,7 +103,7 @@ def find_ground(
     size = max(math.ceil(COLUMN / step), 1)
     while np.prod((plan[1] - plan[0]) // size + 1, dtype=np.float64) > COLUMN_LIMIT:
         size *= 2
-    shape = -(-(plan[1] - plan[0]) // size)
+    shape = np.maximum(-(-(plan[1] - plan[0]) // size), 1)  # the plan of an upright face has no width
     chosen = corners if terrain is None else corners[terrain]
     low, high = column_heights(np.ascontiguousarray(chosen), plan[0], size, (int(shape[0]), int(shape[1])))
     found = low != EMPTY

@@ -215,7 +215,9 @@ def _add_encode(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_cells(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", type=Path, metavar="SCENE", help="PLY, OBJ, STL, OFF, GLB or glTF file")
+    parser.add_argument(
+        "scene", type=Path, metavar="SCENE", help="PLY, OBJ, STL, OFF, GLB or glTF file, or tileset.json"
+    )
     parser.add_argument(
         "--plot", type=Path, metavar="FILE", help="picture to write, .png, .svg or .pdf (extra 'plot')"
     )

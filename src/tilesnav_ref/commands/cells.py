@@ -13,9 +13,10 @@ from rich.table import Table
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from tilesnav_ref.cells import KIND_GROUND, CellComplex, CellSettings, decompose
+from tilesnav_ref.cells import KIND_GROUND, CellComplex, CellError, CellSettings, decompose
 from tilesnav_ref.cells.picture import check_picture, draw
 from tilesnav_ref.scene import SceneSettings, load_scene
+from tilesnav_ref.tileset.errors import OutputError
 from tilesnav_ref.tileset.run_report import StageProgress
 
 
@@ -29,11 +30,14 @@ def cell_figures(
 
     Raises
     ------
-    SceneError, CellError
+    SceneError, CellError, OutputError
         The scene cannot be read, has no cells, or the picture cannot be made.
     """
     if plot is not None:
-        check_picture(plot)
+        try:
+            check_picture(plot)
+        except CellError as error:
+            raise OutputError(str(error)) from error
     times = [time.perf_counter()]
     progress("scene", 0, 1)
     scene, _ = load_scene(source, settings[0])
