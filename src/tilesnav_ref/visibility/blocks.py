@@ -20,9 +20,7 @@ class Block:
     halves: tuple[Block, ...]
 
 
-def make_groups(
-    prisms: NDArray[np.float64], cells: NDArray[np.int64], limit: int
-) -> list[NDArray[np.int64]]:
+def make_groups(prisms: NDArray[np.float64], cells: NDArray[np.int64], limit: int) -> list[NDArray[np.int64]]:
     """Groups of at most `limit` of some cells by median cuts of the cell middles; prisms is (N, 8, 3)."""
     return _groups(bounds_of(prisms), cells, limit)
 

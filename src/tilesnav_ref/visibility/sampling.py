@@ -116,9 +116,7 @@ def random_directions(random: np.random.Generator, count: int) -> NDArray[np.flo
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1).astype(np.float32)
 
 
-def random_points(
-    random: np.random.Generator, prism: NDArray[np.float64], count: int
-) -> NDArray[np.float64]:
+def random_points(random: np.random.Generator, prism: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     """(count, 3) integer points strictly inside a prism (8, 3), fine units; uniform in a box."""
     low, high = prism.min(axis=0).astype(np.int64), prism.max(axis=0).astype(np.int64)
     points = random.integers(low + 1, high, (count, 3))
