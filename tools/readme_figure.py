@@ -20,7 +20,9 @@ ROOT = Path(__file__).resolve().parents[1]
 PICTURE = ROOT / "docs" / "figures" / "town.svg"
 WIDTH = 840
 EYE_HEIGHT = 2.0
-"""Height above the lowest cell's floor of the layer that is drawn, m."""
+"""Height above the lowest face at which cells are cut for the picture, m."""
+LEAST_AREA = 0.01
+"""Smaller sections cannot be seen in the picture, m2."""
 FLAT = 0.05
 """A face whose projection has less than this share of its area counts as a wall and is drawn as a line."""
 
@@ -36,41 +38,60 @@ STYLE = """
 
 @dataclass(frozen=True)
 class Town:
-    """What is drawn: corners (F, 3, 3) of all faces and bounds (N, 2, 3) of all cells, metres, nav frame."""
+    """What is drawn, metres, nav frame."""
 
     corners: NDArray[np.float64]
-    bounds: NDArray[np.float64]
+    """(F, 3, 3) of all faces."""
+    layer: dict[int, NDArray[np.float64]]
+    """Cells that a horizontal plane at eye height meets, with the outlines (K, 2) in it."""
 
 
 def read_town(tileset: NavTileset) -> Town:
-    """Read faces in the order of their numbers, and cells, whose planes must be those of boxes."""
+    """Read faces in the order of their numbers, and the cells at eye height."""
     corners = np.concatenate([tileset.corners(content) for content in range(len(tileset.contents))])
     planes = np.concatenate([sector.planes for sector in tileset.sectors])
-    bounds = np.empty((len(planes), 2, 3))
-    for axis in range(3):
-        for side, sign in ((0, -1.0), (1, 1.0)):
-            facing = planes[:, :, axis] == sign
-            if not np.all(facing.sum(axis=1) == 1):
-                raise ValueError("the picture shows boxes only, and a cell is none")
-            bounds[:, side, axis] = -sign * planes[:, :, 3][facing]
-    return Town(corners.astype(np.float64), bounds)
+    low, high = corners.reshape(-1, 3).min(axis=0), corners.reshape(-1, 3).max(axis=0)
+    plan = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
+    sections = (section(six, plan.astype(np.float64), float(low[2]) + EYE_HEIGHT) for six in planes)
+    layer = {cell: outline for cell, outline in enumerate(sections) if area(outline) > LEAST_AREA}
+    return Town(corners.astype(np.float64), layer)
+
+
+def section(planes: NDArray[np.float64], plan: NDArray[np.float64], height: float) -> NDArray[np.float64]:
+    """Part (K, 2) of a polygon (P, 2) at a height that lies in a cell, by cutting it with each plane (6, 4).
+
+    References
+    ----------
+    I. E. Sutherland, G. W. Hodgman, "Reentrant polygon clipping", Communications of the ACM 17(1), 1974.
+    """
+    for nx, ny, nz, d in planes:
+        over = plan @ np.array([nx, ny]) + nz * height + d
+        kept = []
+        for a in range(len(plan)):
+            b = (a + 1) % len(plan)
+            if over[a] <= 0:
+                kept.append(plan[a])
+            if over[a] * over[b] < 0:
+                kept.append(plan[a] + over[a] / (over[a] - over[b]) * (plan[b] - plan[a]))
+        plan = np.array(kept).reshape(-1, 2)
+    return plan
+
+
+def area(outline: NDArray[np.float64]) -> float:
+    """Area of a polygon (K, 2) that runs counter-clockwise, m2."""
+    x, y = outline[:, 0], outline[:, 1]
+    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2)
 
 
 def choose_cell(town: Town) -> int:
     """Return the largest cell at eye height in the middle third of the town."""
-    low, high = town.bounds[:, 0], town.bounds[:, 1]
-    centre = (low + high) / 2
     span = town.corners.reshape(-1, 3)
-    middle = (span.min(axis=0) + span.max(axis=0)) / 2
-    near = np.all(np.abs(centre - middle)[:, :2] < np.ptp(span, axis=0)[:2] / 6, axis=1)
-    area = np.prod((high - low)[:, :2], axis=1)
-    return int(np.argmax(np.where(near & layer(town), area, -1.0)))
-
-
-def layer(town: Town) -> NDArray[np.bool_]:
-    """Cells that a horizontal plane at eye height meets."""
-    height = town.bounds[:, 0, 2].min() + EYE_HEIGHT
-    return np.asarray((town.bounds[:, 0, 2] <= height) & (town.bounds[:, 1, 2] > height))
+    middle = (span.min(axis=0) + span.max(axis=0))[:2] / 2
+    reach = np.ptp(span, axis=0)[:2] / 6
+    near = [
+        cell for cell, outline in town.layer.items() if np.all(abs(outline.mean(axis=0) - middle) < reach)
+    ]
+    return max(near, key=lambda cell: area(town.layer[cell]))
 
 
 def face_shapes(town: Town, seen: NDArray[np.bool_]) -> list[str]:
@@ -100,10 +121,9 @@ def path_of(face: NDArray[np.float64]) -> str:
     return "M" + "L".join(f"{x:.1f},{-y:.1f}" for x, y, _ in face) + "z"
 
 
-def rectangle(bounds: NDArray[np.float64], kind: str) -> str:
-    """Footprint of a cell."""
-    (x0, y0, _), (x1, y1, _) = bounds
-    return f'<rect class="{kind}" x="{x0:.2f}" y="{-y1:.2f}" width="{x1 - x0:.2f}" height="{y1 - y0:.2f}"/>'
+def polygon(outline: NDArray[np.float64], kind: str) -> str:
+    """Outline of a cell."""
+    return f'<polygon class="{kind}" points="{" ".join(f"{x:.2f},{-y:.2f}" for x, y in outline)}"/>'
 
 
 def draw(tileset: NavTileset) -> str:
@@ -121,8 +141,8 @@ def draw(tileset: NavTileset) -> str:
         f"from cell {cell}</title>",
         f"<style>\n{STYLE}\n</style>",
         *face_shapes(town, seen),
-        *(rectangle(bounds, "cell") for bounds in town.bounds[layer(town)]),
-        rectangle(town.bounds[cell], "here"),
+        *(polygon(outline, "cell") for outline in town.layer.values()),
+        polygon(town.layer[cell], "here"),
         "</svg>",
     ]
     return "\n".join(lines) + "\n"
