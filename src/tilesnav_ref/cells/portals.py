@@ -15,7 +15,7 @@ intersections", 1983, in its plain sorted form).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,10 +61,7 @@ class Contacts:
         number = np.full(count, -1, np.int64)
         number[order] = np.arange(len(order))
         pairs = number[self.pairs]
-        kept = self.select(np.all(pairs >= 0, axis=1))
-        return Contacts(
-            pairs[np.all(pairs >= 0, axis=1)], kept.rectangles, kept.axes, kept.vertices, kept.counts
-        )
+        return replace(self, pairs=pairs).select(np.all(pairs >= 0, axis=1))
 
     def polygons(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Offsets (Q + 1,) and vertices (K, 3) of the polygons."""
