@@ -1,0 +1,1 @@
+"""Visibility-event packets: what a vehicle holds, and the bytes that bring it there."""
