@@ -14,6 +14,11 @@ from tilesnav_ref.stream.fields import Fields
 Table = NDArray[Any]
 
 
+def lengths(offsets: NDArray[Any]) -> NDArray[np.int64]:
+    """(R,) differences of neighbouring offsets; files have them without sign, so they are widened first."""
+    return np.asarray(np.diff(offsets.astype(np.int64)), dtype=np.int64)
+
+
 @dataclass(frozen=True)
 class Ragged:
     """Lists one behind the other."""
@@ -25,6 +30,10 @@ class Ragged:
     def row(self, index: int) -> Table:
         """Return one list."""
         return self.values[self.offsets[index] : self.offsets[index + 1]]
+
+    def lengths(self) -> NDArray[np.int64]:
+        """(R,) number of elements of every list."""
+        return lengths(self.offsets)
 
     def take(self, rows: NDArray[np.int64]) -> Ragged:
         """Return the lists of some rows in the order of these.
