@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 from casebuilder.coarse import Maker
@@ -68,7 +69,7 @@ def _other_map(made: list[Packet]) -> None:
     for packet in made:
         packet.map = of_map
         packet.mark_after = mark(of_map, packet.target, packet.exact, packet.after)
-    for packet, later in zip(made, made[1:], strict=False):
+    for packet, later in pairwise(made):
         later.mark_before = packet.mark_after
 
 

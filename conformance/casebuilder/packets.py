@@ -29,7 +29,7 @@ class Part:
     level: int
     flags: int
     faces: dict[int, Triangle]
-    """Corners, turned to the smallest row, by the number of the face within the object at the level, ascending."""
+    """Corners, turned to the smallest row, by the index of the face, ascending."""
 
 
 Parts = dict[int, Part]
@@ -83,6 +83,23 @@ class Change:
         )
 
 
+def stored(data: bytes) -> bytes:
+    """A zlib stream of less than 2^16 bytes as they are, so that no library decides about it."""
+    block = struct.pack("<BHH", 1, len(data), len(data) ^ 0xFFFF) + data
+    return b"\x78\x01" + block + struct.pack(">I", zlib.adler32(data))
+
+
+def fixed_codes(data: bytes) -> bytes:
+    """A zlib stream in the fixed codes of RFC 1951, without matches."""
+    bits = [1, 1, 0]
+    for value in data:
+        code, width = (0x30 + value, 8) if value < 144 else (0x190 + value - 144, 9)
+        bits += [code >> (width - 1 - place) & 1 for place in range(width)]
+    bits += [0] * 7
+    packed = sum(bit << place for place, bit in enumerate(bits))
+    return b"\x78\x01" + packed.to_bytes(-(-len(bits) // 8), "little") + struct.pack(">I", zlib.adler32(data))
+
+
 @dataclass
 class Packet:
     """A packet before it is laid out; every member may be changed by then."""
@@ -102,7 +119,7 @@ class Packet:
     zeros: tuple[int, int] = (0, 0)
     inflated: Callable[[bytes], bytes] | None = None
     """Changes the bytes of a plain body before they are deflated."""
-    deflate: Callable[[bytes], bytes] = lambda data: stored(data)
+    deflate: Callable[[bytes], bytes] = stored
     """Makes the stream of a plain body."""
     body: Callable[[bytes], bytes] | None = None
     """Changes the bytes of the body."""
@@ -130,23 +147,6 @@ class Packet:
         if self.inflated:
             data = self.inflated(data)
         return struct.pack("<I", len(data)) + self.deflate(data)
-
-
-def stored(data: bytes) -> bytes:
-    """A zlib stream that keeps less than 2^16 bytes as they are, so that no library decides about its bytes."""
-    block = struct.pack("<BHH", 1, len(data), len(data) ^ 0xFFFF) + data
-    return b"\x78\x01" + block + struct.pack(">I", zlib.adler32(data))
-
-
-def fixed_codes(data: bytes) -> bytes:
-    """A zlib stream in the fixed codes of RFC 1951, without matches."""
-    bits = [1, 1, 0]
-    for value in data:
-        code, width = (0x30 + value, 8) if value < 144 else (0x190 + value - 144, 9)
-        bits += [code >> (width - 1 - place) & 1 for place in range(width)]
-    bits += [0] * 7
-    packed = sum(bit << place for place, bit in enumerate(bits))
-    return b"\x78\x01" + packed.to_bytes(-(-len(bits) // 8), "little") + struct.pack(">I", zlib.adler32(data))
 
 
 def numbers(values: list[int]) -> bytes:

@@ -106,7 +106,7 @@ def cases() -> tuple[Case, ...]:
 
 
 def judged(case: Case) -> list[str]:
-    """Requirements that a case is judged by, in the order of the registry: those on packets if it has some."""
+    """Requirements that a case is judged by, in the order of the registry."""
     return [name for name, row in registry().items() if row["class"] != "packet" or "packets" in case.facts]
 
 

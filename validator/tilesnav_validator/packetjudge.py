@@ -54,7 +54,7 @@ class TooMuchError(Exception):
 def follow(sequences: list[Sequence], scene: Scene, settings: Settings) -> Followed:
     """Follow sequences whose headers are sound.
 
-    A packet whose body is broken or whose mark is wrong has no result, and what applies to that is passed over.
+    A packet whose body is broken or whose mark is wrong has no result; what applies to that is passed over.
     """
     started = time.perf_counter()
     found = Followed()
