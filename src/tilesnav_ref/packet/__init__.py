@@ -1,0 +1,1 @@
+"""Visibility-event packets."""
