@@ -65,7 +65,8 @@ def test_reasons_are_exact() -> None:
     assert (outcome.verdict, outcome.reason) == (Verdict.REFUSED, f"map {'0' * 16}; allowed: {MAP.hex()}")
     outcome = client.receive(packet(OTHER_B, C))
     assert outcome.verdict is Verdict.KEPT
-    assert outcome.reason == f"it applies to cell 1, mark {OTHER_B.mark.hex()}; held: cell 0, mark {A.mark.hex()}"
+    applies_to = f"it applies to cell 1, mark {OTHER_B.mark.hex()}"
+    assert outcome.reason == f"{applies_to}; held: cell 0, mark {A.mark.hex()}"
     assert client.holds == (0, A.mark)
 
 
