@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_ref.morton import morton
 from tilesnav_ref.packet.coder import (
     FAILED,
     NUMBER_CONTEXTS,
@@ -29,6 +28,7 @@ from tilesnav_ref.packet.numbers import (
     code_leaving,
     code_places,
 )
+from tilesnav_ref.packet.places import place_faces, turn_faces
 
 SAME, CHANGED, GONE, REPLACED = range(4)
 """What becomes of an object that the client holds."""
@@ -37,6 +37,9 @@ LEAVES = 6 * NUMBER_CONTEXTS
 PLACES = LEAVES + LEAVES_CONTEXTS
 SPACE = 4096
 """Bytes for a body without faces at first; doubled until the body fits."""
+
+NO_MESH = new_mesh(0)
+"""In place of the faces to be written, when reading."""
 
 Ints = NDArray[np.int64]
 
@@ -272,7 +275,7 @@ def _code_change(coder: Any, change: _Change, memory: Any, scratch: Any) -> Obje
     """Code the faces of one object that leave and that enter; returns what is held of it afterwards."""
     kept = change.kept
     faces = kept.faces.astype(np.int64) if kept else np.zeros(0, np.int64)
-    corners = kept.corners if kept else np.zeros((0, 3, 3), np.int32)
+    corners = kept.corners.astype(np.int64) if kept else np.zeros((0, 3, 3), np.int64)
     target = change.after
     leaves = np.zeros(len(faces), np.int64)
     if target is not None:
@@ -281,13 +284,13 @@ def _code_change(coder: Any, change: _Change, memory: Any, scratch: Any) -> Obje
     numbers = np.zeros(change.entered, np.int64)
     entering = np.zeros((change.entered, 3, 3), np.int64)
     if change.entered:
-        source = new_mesh(0)
+        source = NO_MESH
         if target is not None:
             enters = ~np.isin(target.faces, faces, assume_unique=True)
             source = new_mesh(change.entered)
             put_corners(source, target.corners[enters].astype(np.int64))
         mesh = new_mesh(len(faces) + change.entered)
-        put_corners(mesh, corners.astype(np.int64))
+        put_corners(mesh, corners)
         remember_held(memory, mesh)
         code_faces(coder, mesh, memory, scratch, (source, entering, numbers))
         _check_coder(coder)
@@ -300,18 +303,21 @@ def _code_change(coder: Any, change: _Change, memory: Any, scratch: Any) -> Obje
     found = found[order]
     if np.any(np.diff(found) == 0):
         raise PacketError(f"packet body: object {change.number} has a face twice")
-    joined = np.concatenate((corners[stays], entering.astype(np.int32)))[order]
+    joined = np.concatenate((corners[stays], entering))[order].astype(np.int32)
     return ObjectFaces(change.number, change.level, change.flags, found.astype(np.uint32), joined)
 
 
 def _code_numbers(
-    coder: Any, faces: Ints, corners: NDArray[np.int32], entering: Ints, numbers: Ints
+    coder: Any, faces: Ints, corners: Ints, entering: Ints, numbers: Ints
 ) -> tuple[Ints, Ints]:
     """Code the numbers of entering faces; returns these faces in the order of space, and their numbers."""
-    entering = canonical(entering)
-    order = _order(entering)
-    entering, numbers = entering[order], numbers[order]
-    places = np.concatenate((_keys(corners), _keys(entering)))
+    turn_faces(entering)
+    places = np.empty(len(faces) + len(entering), np.int64)
+    place_faces(corners, places[: len(faces)])
+    keys = places[len(faces) :]
+    place_faces(entering, keys)
+    order = _order(entering, keys)
+    entering, numbers, keys[:] = entering[order], numbers[order], keys[order]
     merged = np.argsort(places, kind="stable")
     held = np.concatenate((faces, np.full(len(entering), -1)))[merged]
     all_numbers = np.concatenate((faces, numbers))[merged]
@@ -320,15 +326,10 @@ def _code_numbers(
     return entering, all_numbers[held < 0]
 
 
-def _keys(corners: NDArray[Any]) -> NDArray[np.uint64]:
-    """Place of each face on the curve that contents are ordered by."""
-    return morton(corners.astype(np.int64).sum(axis=1) // 3)
-
-
-def _order(corners: Ints) -> NDArray[np.intp]:
+def _order(corners: Ints, keys: Ints) -> NDArray[np.intp]:
     """Order of faces on the curve; at one place by their corners."""
-    keys = _keys(corners)
     order = np.argsort(keys, kind="stable")
-    if np.any(np.diff(keys[order].view(np.int64)) == 0):
+    ordered = keys[order]
+    if (ordered[1:] == ordered[:-1]).any():
         order = np.lexsort((*corners.reshape(-1, 9).T[::-1], keys))
     return order
