@@ -39,7 +39,7 @@ VERTEX_CONTEXTS = 1 + NUMBER_CONTEXTS + POINT_CONTEXTS
 VERTEX = CHOICE + 96
 """First context of the first, the second and the third vertex of a face."""
 CONTEXTS = VERTEX + 3 * VERTEX_CONTEXTS
-CANDIDATES = 6
+CANDIDATES = 4
 """Candidates for a third vertex at most."""
 INSPECTED = 8
 """Edges at a vertex that are looked at for candidates, latest first."""
@@ -242,6 +242,23 @@ def begin_anew(coder, mesh, memory, scratch, source):
 
 
 @kernel
+def code_gate(coder, mesh, memory, scratch, source):
+    """Code whether there is a face behind an edge (a, b) of a known face (a, b, c).
+
+    Returns 1 or 0, and the edge of that face when writing.
+    """
+    entering, sent, a, b, c, state = source
+    context = EXISTS + find_candidates(mesh, memory, scratch, (a, b), c) * 4 + state
+    e = NONE
+    if not coder[0][READING]:
+        e = waiting_edge(entering, sent, mesh, (a, b))
+    found = code_bit(coder, context, 1 if e != NONE else 0)
+    if not found and state < 2:
+        remember(memory, mesh, (a, b, c), NONE)
+    return found, e
+
+
+@kernel
 def grow(coder, mesh, memory, scratch, source):
     """Code the face behind an edge (a, b) of a known face, whose candidates were found."""
     entering, e, a, b, c = source
@@ -280,9 +297,6 @@ def code_faces(coder, mesh, memory, scratch, source):
     for i in range(held):
         stack[i] = held - 1 - i
     done, start, recent, e = 0, 0, 0, NONE
-    for i in range(3):
-        for k in range(3):
-            scratch[2][i, k] = 0
     while done < total and not coder[0][FAILED]:
         if top:
             top -= 1
@@ -290,14 +304,9 @@ def code_faces(coder, mesh, memory, scratch, source):
             a, b, c = mesh[3][gate, 0], mesh[3][gate, 1], mesh[3][gate, 2]
             if find_edge(mesh, b, a)[1] != NONE:
                 continue
-            context = find_candidates(mesh, memory, scratch, (a, b), c) * 4 + recent
-            context += 2 if gate < held else 0
-            if writing:
-                e = waiting_edge(entering, sent, mesh, (a, b))
-            recent = code_bit(coder, EXISTS + context, 1 if e != NONE else 0)
+            gate_state = (2 if gate < held else 0) + recent
+            recent, e = code_gate(coder, mesh, memory, scratch, (entering, sent, a, b, c, gate_state))
             if not recent:
-                if gate >= held:
-                    remember(memory, mesh, (a, b, c), NONE)
                 continue
             v = grow(coder, mesh, memory, scratch, (entering, e, a, b, c))
             a, b = b, a
@@ -308,13 +317,9 @@ def code_faces(coder, mesh, memory, scratch, source):
                 e = first_edge(entering, start, mesh)
             a, b, v = begin_anew(coder, mesh, memory, scratch, (entering, e))
         for k in range(3):
-            corners[done, 0, k] = mesh[1][a, k]
-            corners[done, 1, k] = mesh[1][b, k]
-            corners[done, 2, k] = mesh[1][v, k]
+            copy_place(corners[done, k], mesh[1][(a, b, v)[k]])
+            copy_place(scratch[2][(k + 1) % 3], corners[done, k])
             stack[top + k] = mesh[0][EDGES] + k
-        copy_place(scratch[2][0], corners[done, 2])
-        copy_place(scratch[2][1], corners[done, 0])
-        copy_place(scratch[2][2], corners[done, 1])
         top += 3
         put_face(mesh, (a, b, v))
         if writing:
