@@ -21,6 +21,7 @@ from tilesnav_ref.packet.coder import (
 )
 from tilesnav_ref.packet.geometry_faces import CONTEXTS, code_faces, new_scratch
 from tilesnav_ref.packet.geometry_mesh import LIMIT, new_memory, new_mesh, put_corners, remember_held
+from tilesnav_ref.packet.geometry_order import canonical, order_of, places_of
 from tilesnav_ref.packet.model import Limits, ObjectFaces, PacketError
 from tilesnav_ref.packet.numbers import (
     LARGEST_NUMBER,
@@ -28,7 +29,6 @@ from tilesnav_ref.packet.numbers import (
     code_leaving,
     code_places,
 )
-from tilesnav_ref.packet.places import place_faces, turn_faces
 
 SAME, CHANGED, GONE, REPLACED = range(4)
 """What becomes of an object that the client holds."""
@@ -37,9 +37,6 @@ LEAVES = 6 * NUMBER_CONTEXTS
 PLACES = LEAVES + LEAVES_CONTEXTS
 SPACE = 4096
 """Bytes for a body without faces at first; doubled until the body fits."""
-
-NO_MESH = new_mesh(0)
-"""In place of the faces to be written, when reading."""
 
 Ints = NDArray[np.int64]
 
@@ -151,18 +148,6 @@ def _check_objects(parts: Sequence[ObjectFaces]) -> None:
         raise PacketError(f"objects {numbers}; allowed: ascending")
 
 
-def canonical(corners: NDArray[Any]) -> NDArray[Any]:
-    """(F, 3, 3) corners turned so that each face starts with the least rotation of its nine coordinates."""
-    best = corners
-    for turn in (1, 2):
-        other = np.roll(corners, -turn, axis=1)
-        a, b = other.reshape(-1, 9), best.reshape(-1, 9)
-        rows = np.arange(len(a))
-        first = np.argmax(a != b, axis=1)
-        best = np.where((a[rows, first] < b[rows, first])[:, None, None], other, best)
-    return best
-
-
 def _compare(before: Sequence[ObjectFaces], after: Sequence[ObjectFaces]) -> list[_Change]:
     """Changes of all objects, ascending."""
     old = {part.object: part for part in before}
@@ -175,8 +160,10 @@ def _compare(before: Sequence[ObjectFaces], after: Sequence[ObjectFaces]) -> lis
         elif a is None or (a.level, a.flags) != (b.level, b.flags):
             changes.append(_Change(a, b, REPLACED, number, b.level, b.flags, 0, len(b.faces)))
         else:
-            common = len(np.intersect1d(a.faces, b.faces, assume_unique=True))
-            left, entered = len(a.faces) - common, len(b.faces) - common
+            _, old_rows, new_rows = np.intersect1d(a.faces, b.faces, assume_unique=True, return_indices=True)
+            if not np.array_equal(a.corners[old_rows], b.corners[new_rows]):
+                raise PacketError(f"object {number}: a face has other corners afterwards")
+            left, entered = len(a.faces) - len(old_rows), len(b.faces) - len(new_rows)
             action = CHANGED if left or entered else SAME
             changes.append(_Change(a, b, action, number, a.level, a.flags, left, entered))
     return changes
@@ -275,61 +262,50 @@ def _code_change(coder: Any, change: _Change, memory: Any, scratch: Any) -> Obje
     """Code the faces of one object that leave and that enter; returns what is held of it afterwards."""
     kept = change.kept
     faces = kept.faces.astype(np.int64) if kept else np.zeros(0, np.int64)
-    corners = kept.corners.astype(np.int64) if kept else np.zeros((0, 3, 3), np.int64)
+    corners = kept.corners if kept else np.zeros((0, 3, 3), np.int32)
     target = change.after
     leaves = np.zeros(len(faces), np.int64)
     if target is not None:
         leaves[:] = ~np.isin(faces, target.faces, assume_unique=True)
     code_leaving(coder, LEAVES, change.left, leaves)
     numbers = np.zeros(change.entered, np.int64)
-    entering = np.zeros((change.entered, 3, 3), np.int64)
+    entering = np.zeros((0, 3, 3), np.int32)
     if change.entered:
-        source = NO_MESH
+        coded = np.zeros((change.entered, 3, 3), np.int64)
+        source = new_mesh(0)
         if target is not None:
             enters = ~np.isin(target.faces, faces, assume_unique=True)
             source = new_mesh(change.entered)
-            put_corners(source, target.corners[enters].astype(np.int64))
+            put_corners(source, target.corners[enters])
         mesh = new_mesh(len(faces) + change.entered)
         put_corners(mesh, corners)
         remember_held(memory, mesh)
-        code_faces(coder, mesh, memory, scratch, (source, entering, numbers))
+        code_faces(coder, mesh, memory, scratch, (source, coded, numbers))
         _check_coder(coder)
         if target is not None:
             numbers = target.faces[enters].astype(np.int64)[numbers]
-        entering, numbers = _code_numbers(coder, faces, corners, entering, numbers)
+        entering, numbers = _code_numbers(coder, faces, corners, coded, numbers)
     stays = leaves == 0
     found = np.concatenate((faces[stays], numbers))
     order = np.argsort(found, kind="stable")
     found = found[order]
     if np.any(np.diff(found) == 0):
         raise PacketError(f"packet body: object {change.number} has a face twice")
-    joined = np.concatenate((corners[stays], entering))[order].astype(np.int32)
+    joined = np.concatenate((corners[stays], entering))[order]
     return ObjectFaces(change.number, change.level, change.flags, found.astype(np.uint32), joined)
 
 
 def _code_numbers(
-    coder: Any, faces: Ints, corners: Ints, entering: Ints, numbers: Ints
+    coder: Any, faces: Ints, corners: NDArray[np.int32], entering: Ints, numbers: Ints
 ) -> tuple[Ints, Ints]:
     """Code the numbers of entering faces; returns these faces in the order of space, and their numbers."""
-    turn_faces(entering)
-    places = np.empty(len(faces) + len(entering), np.int64)
-    place_faces(corners, places[: len(faces)])
-    keys = places[len(faces) :]
-    place_faces(entering, keys)
-    order = _order(entering, keys)
-    entering, numbers, keys[:] = entering[order], numbers[order], keys[order]
-    merged = np.argsort(places, kind="stable")
+    entering = canonical(entering.astype(np.int32))
+    places = places_of(entering)
+    order = order_of(entering, places)
+    entering, numbers = entering[order], numbers[order]
+    merged = np.argsort(np.concatenate((places_of(corners), places[order])), kind="stable")
     held = np.concatenate((faces, np.full(len(entering), -1)))[merged]
     all_numbers = np.concatenate((faces, numbers))[merged]
     code_places(coder, PLACES, held, all_numbers)
     _check_coder(coder)
     return entering, all_numbers[held < 0]
-
-
-def _order(corners: Ints, keys: Ints) -> NDArray[np.intp]:
-    """Order of faces on the curve; at one place by their corners."""
-    order = np.argsort(keys, kind="stable")
-    ordered = keys[order]
-    if (ordered[1:] == ordered[:-1]).any():
-        order = np.lexsort((*corners.reshape(-1, 9).T[::-1], keys))
-    return order
