@@ -120,16 +120,6 @@ def code_bit(coder, context, bit):
     return bit
 
 
-@kernel
-def code_even(coder, width, value):
-    """Code the lowest `width` bits of a value, highest first, as likely 0 as 1; returns them."""
-    words, data = coder[0], coder[1]
-    found = 0
-    for place in range(width - 1, -1, -1):
-        found = found << 1 | split(words, data, words[RANGE] >> 1, value >> place & 1)
-    return found
-
-
 NUMBER_CONTEXTS = 75
 """Contexts of a number: 25 of its width, 25 of its second bit, 25 of its bits by place."""
 

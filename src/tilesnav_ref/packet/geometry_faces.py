@@ -29,14 +29,14 @@ from tilesnav_ref.packet.geometry_mesh import (
 from tilesnav_ref.packet.numbers import LEAVES_CONTEXTS, PLACES_CONTEXTS
 
 EXISTS = 6 * NUMBER_CONTEXTS + LEAVES_CONTEXTS + PLACES_CONTEXTS
-"""First context of whether a face is at an edge: 3 x 2 x 2."""
-CHOICE = EXISTS + 12
-"""First context of whether a candidate is the third vertex: 16 masks x 3."""
+"""First context of whether a face is at an edge: 2 x 2."""
+CHOICE = EXISTS + 4
+"""First context of whether a candidate is the third vertex: 16 masks."""
 POINT_CONTEXTS = 36 + 3 * (NUMBER_CONTEXTS + 1)
 """For a place: 3 axes x 4 x 3 of what it equals, 3 axes of differences."""
 VERTEX_CONTEXTS = 1 + NUMBER_CONTEXTS + POINT_CONTEXTS
 """For a vertex: known or not, its number, its place."""
-VERTEX = CHOICE + 48
+VERTEX = CHOICE + 16
 """First context of the first, the second and the third vertex of a face."""
 CONTEXTS = VERTEX + 3 * VERTEX_CONTEXTS
 CANDIDATES = 4
@@ -113,8 +113,7 @@ def find_candidates(mesh, memory, scratch, edge, opposite):
     if opposite != NONE:
         n = recall(memory, mesh, a, b, opposite)[1]
         if n != NONE:
-            state = 1 + memory[2][n, 3]
-        if state == 2:
+            state = 1
             x, y, z = memory[2][n, 0], memory[2][n, 1], memory[2][n, 2]
             add_candidate(scratch, (places[a, 0] + x, places[a, 1] + y, places[a, 2] + z), MEMORY)
         x = places[a, 0] + places[b, 0] - places[opposite, 0]
@@ -174,7 +173,7 @@ def code_third(coder, mesh, scratch):
     candidates, masks, _references, point = scratch
     for k in range(masks[CANDIDATES]):
         same = point[0] == candidates[k, 0] and point[1] == candidates[k, 1] and point[2] == candidates[k, 2]
-        if code_bit(coder, CHOICE + masks[k] * 3 + min(k, 2), 1 if same else 0):
+        if code_bit(coder, CHOICE + masks[k], 1 if same else 0):
             return put_vertex(mesh, candidates[k, 0], candidates[k, 1], candidates[k, 2])
     return code_vertex(coder, mesh, scratch, VERTEX + 2 * VERTEX_CONTEXTS)
 
@@ -244,14 +243,12 @@ def code_gate(coder, mesh, memory, scratch, source):
 
     Returns 1 or 0, and the edge of that face when writing.
     """
-    entering, sent, a, b, c, state = source
-    context = EXISTS + find_candidates(mesh, memory, scratch, (a, b), c) * 4 + state
+    entering, sent, a, b, c, is_held = source
+    context = EXISTS + find_candidates(mesh, memory, scratch, (a, b), c) * 2 + (1 if is_held else 0)
     e = NONE
     if not coder[0][READING]:
         e = waiting_edge(entering, sent, mesh, (a, b))
     found = code_bit(coder, context, 1 if e != NONE else 0)
-    if not found and state < 2:
-        remember(memory, mesh, (a, b, c), NONE)
     return found, e
 
 
@@ -291,7 +288,7 @@ def code_faces(coder, mesh, memory, scratch, source):
     held = top
     for i in range(held):
         stack[i] = held - 1 - i
-    done, start, recent, e = 0, 0, 0, NONE
+    done, start, e = 0, 0, NONE
     while done < total and not coder[0][FAILED]:
         if top:
             top -= 1
@@ -299,9 +296,8 @@ def code_faces(coder, mesh, memory, scratch, source):
             a, b, c = mesh[3][gate, 0], mesh[3][gate, 1], mesh[3][gate, 2]
             if find_edge(mesh, b, a)[1] != NONE:
                 continue
-            gate_state = (2 if gate < held else 0) + recent
-            recent, e = code_gate(coder, mesh, memory, scratch, (entering, sent, a, b, c, gate_state))
-            if not recent:
+            found, e = code_gate(coder, mesh, memory, scratch, (entering, sent, a, b, c, gate < held))
+            if not found:
                 continue
             v = grow(coder, mesh, memory, scratch, (entering, e, a, b, c))
             a, b = b, a

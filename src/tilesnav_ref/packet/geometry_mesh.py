@@ -108,13 +108,13 @@ def put_face(mesh, face):
 
 
 def new_memory(faces: int) -> Any:
-    """Return an empty memory of shapes: count, keys (N, 6), values (N, 4), hash table."""
+    """Return an empty memory of shapes: count, keys (N, 6), values (N, 3), hash table."""
     room = 3 * faces
     slots = 1 << max(2 * room, 4).bit_length()
     return (
         np.zeros(1, np.int64),
         np.zeros((room, 6), np.int64),
-        np.zeros((room, 4), np.int64),
+        np.zeros((room, 3), np.int64),
         np.full(slots, NONE, np.int64),
     )
 
@@ -138,7 +138,7 @@ def recall(memory, mesh, a, b, c):
 
 @kernel
 def remember(memory, mesh, face, v):
-    """Note what follows a face (a, b, c) across its edge from a to b: vertex v, or NONE for no face."""
+    """Note what follows a face (a, b, c) across its edge from a to b: a face with vertex v."""
     places = mesh[1]
     a, b, c = face
     slot, n = recall(memory, mesh, a, b, c)
@@ -150,10 +150,8 @@ def remember(memory, mesh, face, v):
             memory[1][n, 3 + k] = places[c, k] - places[a, k]
         memory[3][slot] = n
     value = memory[2][n]
-    value[3] = 0 if v == NONE else 1
-    if v != NONE:
-        for k in range(3):
-            value[k] = places[v, k] - places[a, k]
+    for k in range(3):
+        value[k] = places[v, k] - places[a, k]
 
 
 @kernel

@@ -5,7 +5,7 @@ from __future__ import annotations
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.packet.coder import FAILED, NUMBER_CONTEXTS, code_bit, code_number
 
-LEAVES_CONTEXTS = 4
+LEAVES_CONTEXTS = 2
 PLACES_CONTEXTS = 2 * 8 + 8 * NUMBER_CONTEXTS
 LARGEST_NUMBER = (1 << 24) - 1
 """Of faces and of objects."""
@@ -25,7 +25,7 @@ def code_leaving(coder, first, count, leaves):
     leaves : (H,) int64
         1 for each held face that leaves, else 0; filled when reading.
     """
-    last, before = 0, 0
+    last = 0
     for i in range(len(leaves)):
         if count == 0:
             leaves[i] = 0
@@ -34,10 +34,10 @@ def code_leaving(coder, first, count, leaves):
             leaves[i] = 1
             count -= 1
             continue
-        bit = code_bit(coder, first + 2 * last + before, leaves[i])
+        bit = code_bit(coder, first + last, leaves[i])
         leaves[i] = bit
         count -= bit
-        last, before = bit, last
+        last = bit
 
 
 @kernel
