@@ -216,9 +216,8 @@ def main() -> None:
     parser.add_argument("--tileset", type=Path, help="take packets from the sets of its cells")
     parser.add_argument("--packets", type=int, default=40, help="of a tileset, at most")
     arguments = parser.parse_args()
-    print(
-        "| what | bodies | faces that enter | codec | bytes a face | decode, CPU ms, median |\n|---|---|---|---|---|---|"
-    )
+    columns = ("what", "bodies", "faces that enter", "codec", "bytes a face", "decode, CPU ms, median")
+    print(f"| {' | '.join(columns)} |\n|{'---|' * len(columns)}")
     if arguments.tileset:
         measure("neighbouring cells", tileset_pairs(arguments.tileset, arguments.packets))
         return

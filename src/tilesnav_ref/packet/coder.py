@@ -43,11 +43,11 @@ def new_coder(data: Any, reading: bool, probabilities: Any) -> Any:
     words[READING] = reading
     if reading:
         for _ in range(4):
-            words[CODE] = words[CODE] << 8 | _next_byte_python(words, data)
+            words[CODE] = words[CODE] << 8 | _first_byte(words, data)
     return words, data, probabilities.copy(), np.zeros(len(probabilities), np.int64)
 
 
-def _next_byte_python(words: Any, data: Any) -> int:
+def _first_byte(words: Any, data: Any) -> int:
     place = int(words[PLACE])
     words[PLACE] += 1
     return int(data[place]) if place < len(data) else 0
@@ -155,8 +155,8 @@ def code_signed(coder, first, value):
     return -magnitude if negative else magnitude
 
 
-def finish(coder: Any) -> bytes | None:
-    """Bytes that were written, or None where the space was too small.
+def finish(coder: Any) -> bytes:
+    """Bytes that were written.
 
     One byte behind those that were shifted out is enough: a multiple of TOP lies in every range.
     """
@@ -164,8 +164,7 @@ def finish(coder: Any) -> bytes | None:
     words[LOW] += TOP - 1
     if words[LOW] >> 32:
         carry(words, data)
-    shift(words, data)
-    return None if words[FAILED] else bytes(data[: int(words[PLACE])])
+    return bytes(data[: int(words[PLACE])]) + bytes((int(words[LOW]) >> 24,))
 
 
 def is_finished(coder: Any) -> bool:

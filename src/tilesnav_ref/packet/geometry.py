@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -84,13 +85,15 @@ def encode_body(before: Sequence[ObjectFaces], after: Sequence[ObjectFaces]) -> 
         _check(part)
     _check_objects(after)
     changes = _compare(before, after)
-    space = SPACE + 16 * sum(change.entered for change in changes)
+    entering = sum(change.entered for change in changes)
+    limits = Limits(faces=entering, objects=len(changes))
+    space = SPACE + 16 * entering
     while True:
         coder = new_coder(np.zeros(space, np.uint8), False, _probabilities())
-        _code(coder, before, changes, Limits())
-        data = finish(coder)
-        if data is not None:
-            return data
+        with suppress(_NoRoomError):
+            _code(coder, before, changes, limits)
+            _check_coder(coder)
+            return finish(coder)
         space *= 2
 
 
@@ -253,9 +256,16 @@ def _numbers(coder: Any, first: int, values: Any, count: int) -> Ints:
     return numbers
 
 
+class _NoRoomError(Exception):
+    """The body does not fit its space."""
+
+
 def _check_coder(coder: Any) -> None:
-    if coder[0][READING] and coder[0][FAILED]:
+    if not coder[0][FAILED]:
+        return
+    if coder[0][READING]:
         raise PacketError("packet body: it ends too early, or is damaged")
+    raise _NoRoomError
 
 
 def _code_change(coder: Any, change: _Change, memory: Any, scratch: Any) -> ObjectFaces:
