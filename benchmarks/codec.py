@@ -139,7 +139,7 @@ def meshopt_lzma(corners: NDArray[np.int32]) -> tuple[bytes, Callable[[bytes], o
     vertices, faces = indexed(corners)
     vertices = np.ascontiguousarray(vertices - vertices.min(axis=0))
     first = bytes(meshopt.encode_vertex_buffer(vertices))
-    second = bytes(meshopt.encode_index_buffer(faces.reshape(-1), len(vertices)))
+    second = bytes(meshopt.encode_index_buffer(faces.reshape(-1)))
     data = packed(first + second)
     count, size = len(vertices), vertices.itemsize * 3
 

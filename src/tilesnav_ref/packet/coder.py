@@ -54,13 +54,13 @@ def _first_byte(words: Any, data: Any) -> int:
 
 
 @kernel
-def shift(words, data):
+def shift(words: Any, data: Any) -> Any:
     """Move one byte out of the range, or into it."""
     place = words[PLACE]
     words[PLACE] = place + 1
     words[RANGE] <<= 8
     if words[READING]:
-        byte = 0
+        byte = np.int64(0)
         if place < words[LENGTH]:
             byte = np.int64(data[place])
         elif place >= words[LENGTH] + 3:
@@ -76,7 +76,7 @@ def shift(words, data):
 
 
 @kernel
-def carry(words, data):
+def carry(words: Any, data: Any) -> Any:
     """Add the bit that ran over the top of the range to the bytes already written."""
     words[LOW] &= (1 << 32) - 1
     place = words[PLACE] - 1
@@ -87,7 +87,7 @@ def carry(words, data):
 
 
 @kernel
-def split(words, data, bound, bit):
+def split(words: Any, data: Any, bound: Any, bit: Any) -> Any:
     """Code a bit whose zero has the lower `bound` of the range; returns it."""
     if words[READING]:
         bit = 1 if words[CODE] >= bound else 0
@@ -104,7 +104,7 @@ def split(words, data, bound, bit):
 
 
 @kernel
-def code_bit(coder, context, bit):
+def code_bit(coder: Any, context: Any, bit: Any) -> Any:
     """Code a bit in a context, and learn from it; returns it."""
     words, data, probabilities, seen = coder
     zero = probabilities[context]
@@ -125,7 +125,7 @@ NUMBER_CONTEXTS = 75
 
 
 @kernel
-def code_number(coder, first, value):
+def code_number(coder: Any, first: Any, value: Any) -> Any:
     """Code a number from 0 to 2**25 - 2 in contexts from `first` on; returns it."""
     value += 1
     width = 0
@@ -141,14 +141,14 @@ def code_number(coder, first, value):
 
 
 @kernel
-def code_numbers(coder, first, values):
+def code_numbers(coder: Any, first: Any, values: Any) -> Any:
     """Code numbers, each in the same contexts; `values` (N,) int64 is filled when reading."""
     for i in range(len(values)):
         values[i] = code_number(coder, first, values[i])
 
 
 @kernel
-def code_signed(coder, first, value):
+def code_signed(coder: Any, first: Any, value: Any) -> Any:
     """Code a number other than 0 of magnitude below 2**25; returns it."""
     negative = code_bit(coder, first, 1 if value < 0 else 0)
     magnitude = code_number(coder, first + 1, abs(value) - 1) + 1

@@ -279,7 +279,7 @@ def _code_change(coder: Any, change: _Change, memory: Any, scratch: Any) -> Obje
         leaves[:] = ~np.isin(faces, target.faces, assume_unique=True)
     code_leaving(coder, LEAVES, change.left, leaves)
     numbers = np.zeros(change.entered, np.int64)
-    entering = np.zeros((0, 3, 3), np.int32)
+    entering: NDArray[np.int32] = np.zeros((0, 3, 3), np.int32)
     if change.entered:
         coded = np.zeros((change.entered, 3, 3), np.int64)
         source = new_mesh(0)
@@ -306,10 +306,10 @@ def _code_change(coder: Any, change: _Change, memory: Any, scratch: Any) -> Obje
 
 
 def _code_numbers(
-    coder: Any, faces: Ints, corners: NDArray[np.int32], entering: Ints, numbers: Ints
-) -> tuple[Ints, Ints]:
+    coder: Any, faces: Ints, corners: NDArray[np.int32], coded: Ints, numbers: Ints
+) -> tuple[NDArray[np.int32], Ints]:
     """Code the numbers of entering faces; returns these faces in the order of space, and their numbers."""
-    entering = canonical(entering.astype(np.int32))
+    entering = canonical(coded.astype(np.int32))
     places = places_of(entering)
     order = order_of(entering, places)
     entering, numbers = entering[order], numbers[order]

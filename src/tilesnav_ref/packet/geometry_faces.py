@@ -55,7 +55,7 @@ def new_scratch() -> Any:
 
 
 @kernel
-def copy_place(target, source):
+def copy_place(target: Any, source: Any) -> Any:
     """Copy three coordinates."""
     target[0] = source[0]
     target[1] = source[1]
@@ -63,7 +63,7 @@ def copy_place(target, source):
 
 
 @kernel
-def add_candidate(scratch, place, reason):
+def add_candidate(scratch: Any, place: Any, reason: Any) -> Any:
     """Note a candidate, or that a candidate has one more reason."""
     candidates, masks = scratch[0], scratch[1]
     x, y, z = place
@@ -82,7 +82,7 @@ def add_candidate(scratch, place, reason):
 
 
 @kernel
-def add_neighbours(mesh, scratch, edge, opposite):
+def add_neighbours(mesh: Any, scratch: Any, edge: Any, opposite: Any) -> Any:
     """Note the other ends of open edges to `edge[0]` and from `edge[1]`, as long as few are looked at."""
     places, edges = mesh[1], mesh[3]
     for side in range(2):
@@ -100,7 +100,7 @@ def add_neighbours(mesh, scratch, edge, opposite):
 
 
 @kernel
-def find_candidates(mesh, memory, scratch, edge, opposite):
+def find_candidates(mesh: Any, memory: Any, scratch: Any, edge: Any, opposite: Any) -> Any:
     """Find candidates for the third vertex of the face behind an edge (a, b) whose known face has `opposite`.
 
     `opposite` is NONE where there is no known face. Returns the context of whether there is a face.
@@ -125,7 +125,7 @@ def find_candidates(mesh, memory, scratch, edge, opposite):
 
 
 @kernel
-def code_point(coder, first, references, point):
+def code_point(coder: Any, first: Any, references: Any, point: Any) -> Any:
     """Code a place axis by axis: equal to one of three references, or by the difference from the first."""
     last = 0
     for axis in range(3):
@@ -151,7 +151,7 @@ def code_point(coder, first, references, point):
 
 
 @kernel
-def code_vertex(coder, mesh, scratch, first):
+def code_vertex(coder: Any, mesh: Any, scratch: Any, first: Any) -> Any:
     """Code a vertex: a known one by how many are newer, else a new one by its place; returns it."""
     references, point = scratch[2], scratch[3]
     vertices = mesh[0][VERTICES]
@@ -168,7 +168,7 @@ def code_vertex(coder, mesh, scratch, first):
 
 
 @kernel
-def code_third(coder, mesh, scratch):
+def code_third(coder: Any, mesh: Any, scratch: Any) -> Any:
     """Code the third vertex of a face: one of the candidates, else any; returns it."""
     candidates, masks, _references, point = scratch
     for k in range(masks[CANDIDATES]):
@@ -179,7 +179,7 @@ def code_third(coder, mesh, scratch):
 
 
 @kernel
-def waiting_edge(entering, sent, mesh, edge):
+def waiting_edge(entering: Any, sent: Any, mesh: Any, edge: Any) -> Any:
     """Edge of a face that was not sent, opposite to an edge of the mesh; NONE if there is none."""
     a, b = edge
     places = mesh[1]
@@ -196,7 +196,7 @@ def waiting_edge(entering, sent, mesh, edge):
 
 
 @kernel
-def first_edge(entering, face, mesh):
+def first_edge(entering: Any, face: Any, mesh: Any) -> Any:
     """Edge of a face to begin with: one whose vertices are known, if there is one."""
     best, most = 3 * face, -1
     for e in range(3 * face, 3 * face + 3):
@@ -214,7 +214,7 @@ def first_edge(entering, face, mesh):
 
 
 @kernel
-def begin_anew(coder, mesh, memory, scratch, source):
+def begin_anew(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
     """Code a face that shares no edge with a known one; `source` is its mesh and its edge when writing."""
     entering, e = source
     references, point = scratch[2], scratch[3]
@@ -238,7 +238,7 @@ def begin_anew(coder, mesh, memory, scratch, source):
 
 
 @kernel
-def code_gate(coder, mesh, memory, scratch, source):
+def code_gate(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
     """Code whether there is a face behind an edge (a, b) of a known face (a, b, c).
 
     Returns 1 or 0, and the edge of that face when writing.
@@ -253,7 +253,7 @@ def code_gate(coder, mesh, memory, scratch, source):
 
 
 @kernel
-def grow(coder, mesh, memory, scratch, source):
+def grow(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
     """Code the face behind an edge (a, b) of a known face, whose candidates were found."""
     entering, e, a, b, c = source
     references, point = scratch[2], scratch[3]
@@ -268,7 +268,7 @@ def grow(coder, mesh, memory, scratch, source):
 
 
 @kernel
-def code_faces(coder, mesh, memory, scratch, source):
+def code_faces(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
     """Write or read faces, in the order of the stream.
 
     Parameters

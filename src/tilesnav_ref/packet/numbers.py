@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.packet.coder import FAILED, NUMBER_CONTEXTS, code_bit, code_number
 
@@ -12,7 +14,7 @@ LARGEST_NUMBER = (1 << 24) - 1
 
 
 @kernel
-def code_leaving(coder, first, count, leaves):
+def code_leaving(coder: Any, first: Any, count: Any, leaves: Any) -> Any:
     """Code which faces leave.
 
     Parameters
@@ -41,7 +43,7 @@ def code_leaving(coder, first, count, leaves):
 
 
 @kernel
-def code_places(coder, first, held, numbers):
+def code_places(coder: Any, first: Any, held: Any, numbers: Any) -> Any:
     """Code the numbers of entering faces among those of held ones, all in the order of their places in space.
 
     Parameters
