@@ -173,7 +173,7 @@ def planes(corners: NDArray[np.int32]) -> bytes:
 def peers(corners: NDArray[np.int32]) -> dict[str, tuple[bytes, Callable[[bytes], object]]]:
     """What others make of the same faces."""
     raw = planes(corners)
-    found = {
+    found: dict[str, tuple[bytes, Callable[[bytes], object]]] = {
         "differences, zlib 9": (zlib.compress(raw, 9), zlib.decompress),
         "differences, LZMA": (packed(raw), unpacked),
         "Draco, level 10": draco(corners),
