@@ -163,6 +163,11 @@ def _goes_and_comes(packet: Packet) -> None:
     packet.changes = [Change(WALL, 0, 0, 1, [], list(packet.before[WALL].faces.items()))]
 
 
+def _other_flags(packet: Packet) -> None:
+    leave = [next(iter(packet.before[BUILDING].faces))]
+    packet.changes = [Change(BUILDING, 0, 1, 0, leave, [])]
+
+
 def _exchanged(packet: Packet) -> None:
     packet.changes.reverse()
 
@@ -207,11 +212,7 @@ LISTS: dict[str, Edits] = {
         coarse=two_levels,
         packet=lambda made: setattr(made[1].changes[0], "mode", 0),
     ),
-    "packet/body/other-flags-in-a-change": _packet(
-        lambda p: p.changes.append(Change(BUILDING, 0, 1, 0, [next(iter(p.before[BUILDING].faces))], [])),
-        1,
-        (THREE[0], Step(WEST)),
-    ),
+    "packet/body/other-flags-in-a-change": _packet(_other_flags, 1, THREE[:2]),
     "packet/body/unknown-flag-of-an-object": _packet(
         lambda p: setattr(p.changes[0], "flags", 4), 0, THREE[:1]
     ),
