@@ -116,6 +116,10 @@ def way_cases() -> Iterator[Case]:
         "A reader that takes the flag for what it has to be where it may be set.",
         packets={WALK: tuple(replace(step, exact=False) for step in AROUND[:3])},
     )
+
+
+def body_cases() -> Iterator[Case]:
+    """Ways to write bodies and sequences."""
     yield Case(
         "packets-sent-anew",
         RING,
@@ -252,5 +256,6 @@ def limit_cases() -> Iterator[Case]:
 def valid_cases() -> Iterator[Case]:
     """All valid cases with packets."""
     yield from way_cases()
+    yield from body_cases()
     yield from form_cases()
     yield from limit_cases()
