@@ -64,14 +64,6 @@ def test_hex_dumps_are_the_bytes_of_committed_cases() -> None:
             assert data[start : start + len(expected)] == expected, line
 
 
-def test_the_packets_of_the_example_are_those_of_a_case() -> None:
-    (body,) = re.findall(r"^```packets\n(.*?)^```$", SPEC, re.MULTILINE | re.DOTALL)
-    lines = [line for line in body.splitlines() if not line.startswith("#")]
-    rows = [re.match(r"([0-9a-f]{6})  ((?:[0-9a-f]{2} ?)+)", line) for line in lines]
-    data = b"".join(bytes.fromhex(row[2]) for row in rows if row)
-    assert data == (CASES / "valid" / "packets-worked-example" / "walk.vep").read_bytes()
-
-
 def test_the_state_of_the_worked_example_has_the_digest_of_its_case() -> None:
     stated = re.search(
         r"The state is `([0-9a-f\s]+)`,\s(\d+) bytes, and its SHA-256 begins with ([0-9a-f]+)", SPEC
