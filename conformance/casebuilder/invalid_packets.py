@@ -234,9 +234,6 @@ LISTS: dict[str, Edits] = {
     ),
 }
 
-CODES: dict[str, Edits] = {}
-"""Coded bodies."""
-
 
 def _mark_of(change: Callable[[Packet], bytes]) -> Edits:
     return _packet(lambda p: setattr(p, "mark_after", change(p)))
@@ -340,4 +337,4 @@ SETS: dict[str, Edits] = {
     ),
 }
 
-CASES = HEADERS | REFERENCES | STREAMS | LISTS | CODES | RESULTS | GEOMETRY | SETS
+CASES = HEADERS | REFERENCES | STREAMS | LISTS | RESULTS | GEOMETRY | SETS

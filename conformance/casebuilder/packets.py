@@ -12,14 +12,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from casebuilder.coarse import Coarse
-from casebuilder.packet_coder import coded
 from casebuilder.state import State as CellState
 from casebuilder.world import Point, Triangle, World
 
 KEY = -1
 """Base of a key frame."""
 NO_CELL = 2**32 - 1
-PLAIN, CODED = 0, 1
+PLAIN = 0
 
 
 @dataclass(frozen=True)
@@ -133,7 +132,7 @@ class Packet:
 
     def layout(self) -> bytes:
         """The bytes of the packet."""
-        body = coded(self.before, self.after) if self.codec == CODED else self._plain()
+        body = self._plain()
         if self.body:
             body = self.body(body)
         length = self.length(len(body)) if self.length else len(body)

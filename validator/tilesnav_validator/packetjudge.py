@@ -7,15 +7,16 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 from itertools import islice
 
-from tilesnav_validator import packetcoded, packetplain
+from tilesnav_validator import packetplain
 from tilesnav_validator.findings import Finding, Settings
 from tilesnav_validator.packetparts import BeyondTilesetError, BodyError, Part, Parts, mark, size
-from tilesnav_validator.packets import CODED, PLAIN, Packet, Sequence
+from tilesnav_validator.packets import PLAIN, Packet, Sequence
 from tilesnav_validator.packetscene import Scene
 
 NAMED = 4
 """Faces and objects that a finding names."""
-DECODERS = {PLAIN: packetplain.decode, CODED: packetcoded.decode}
+DECODERS = {PLAIN: packetplain.decode}
+"""Codecs whose bodies are read; what has another one is not examined."""
 
 
 @dataclass
@@ -47,8 +48,8 @@ class Followed:
         self.findings[f"packet/{requirement}"].append(Finding(packet.where, measured, allowed))
 
 
-class TooMuchError(Exception):
-    """Following a sequence takes more time or memory than it is given."""
+class UnexaminedError(Exception):
+    """A sequence cannot be followed to its end, with the time, memory and decoders that there are."""
 
 
 def follow(sequences: list[Sequence], scene: Scene, settings: Settings) -> Followed:
@@ -61,7 +62,7 @@ def follow(sequences: list[Sequence], scene: Scene, settings: Settings) -> Follo
     try:
         for sequence in sequences:
             _Follower(sequence, scene, settings, found).run()
-    except TooMuchError as reason:
+    except UnexaminedError as reason:
         found.unexamined = str(reason)
     found.seconds = time.perf_counter() - started
     return found
@@ -98,7 +99,7 @@ class _Follower:
         self.states[name] = parts
         self.held += size(parts.values())
         if self.held > self.settings.packet_memory:
-            raise TooMuchError(f"states of more than {self.settings.packet_memory} bytes at once")
+            raise UnexaminedError(f"states of more than {self.settings.packet_memory} bytes at once")
 
     def _drop(self, name: tuple[int, bytes]) -> None:
         if name in self.states:
@@ -106,6 +107,8 @@ class _Follower:
 
     def _apply(self, packet: Packet, before: Parts) -> Parts | None:
         """The state that results; None where the body is broken."""
+        if packet.codec not in DECODERS:
+            raise UnexaminedError(f"{packet.where}: a body of codec {packet.codec}, which is not decoded")
         try:
             return DECODERS[packet.codec](packet.body, before, self.scene.object_count)
         except BeyondTilesetError as error:
@@ -120,7 +123,7 @@ class _Follower:
         found.states += 1
         found.bytes += size(parts.values())
         if found.bytes > self.settings.packet_bytes:
-            raise TooMuchError(f"more than {self.settings.packet_bytes} bytes of states")
+            raise UnexaminedError(f"more than {self.settings.packet_bytes} bytes of states")
         digest = mark(packet.map, packet.target, packet.is_exact, parts)
         if digest != packet.after:
             found.note("after", packet, f"mark {packet.after.hex()}", f"{digest.hex()}, that of the result")
