@@ -12,13 +12,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from casebuilder.coarse import Coarse
+from casebuilder.packet_coder import coded
 from casebuilder.state import State as CellState
 from casebuilder.world import Point, Triangle, World
 
 KEY = -1
 """Base of a key frame."""
 NO_CELL = 2**32 - 1
-PLAIN = 0
+PLAIN, CODED = 0, 1
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,7 @@ class Packet:
 
     def layout(self) -> bytes:
         """The bytes of the packet."""
-        body = self._plain()
+        body = coded(self.before, self.after) if self.codec == CODED else self._plain()
         if self.body:
             body = self.body(body)
         length = self.length(len(body)) if self.length else len(body)

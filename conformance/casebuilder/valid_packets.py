@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from casebuilder.assemble import Case
 from casebuilder.levels import faces_for_many, two_levels
-from casebuilder.packets import KEY, Packet, Step, fixed_codes
+from casebuilder.packets import CODED, KEY, Packet, Step, fixed_codes
 from casebuilder.senses import BEHIND_THE_FENCE, BOTH_SIDES
 from casebuilder.valid import scaled_world
 from casebuilder.valid_proofs import in_a_box
@@ -40,6 +40,11 @@ LEVELS = (
 """Objects at several levels, which some of them change on the way."""
 
 
+def in_code(steps: tuple[Step, ...]) -> tuple[Step, ...]:
+    """The same steps with coded bodies."""
+    return tuple(replace(step, codec=CODED) for step in steps)
+
+
 def with_points() -> World:
     """Ring whose poster has faces with two corners in one place, and with all three."""
     a, b = ((grid(0.125), grid(y), grid(1)) for y in (0.5, -0.5))
@@ -53,21 +58,38 @@ def _deflated(made: list[Packet]) -> None:
         packet.deflate = fixed_codes
 
 
+def _both(case: Case) -> Iterator[Case]:
+    """A case, and the same with coded bodies."""
+    assert case.packets is not None
+    yield case
+    yield replace(
+        case,
+        name=f"{case.name}-coded",
+        made=f"{case.made} The bodies are coded.",
+        catches="A decoder of the coded body that has been tried on its own encoder only.",
+        packets={name: in_code(steps) for name, steps in case.packets.items()},
+    )
+
+
 def way_cases() -> Iterator[Case]:
     """Ways to send states."""
-    yield Case(
-        "packets-key-frame",
-        RING,
-        "A key frame.",
-        "A validator that refuses what is right.",
-        packets={WALK: (Step(WEST, base=KEY),)},
+    yield from _both(
+        Case(
+            "packets-key-frame",
+            RING,
+            "A key frame.",
+            "A validator that refuses what is right.",
+            packets={WALK: (Step(WEST, base=KEY),)},
+        )
     )
-    yield Case(
-        "packets-along-portals",
-        RING,
-        "A key frame, and a packet for each portal of a way around the wall.",
-        "A client that loses its state, or keeps what a packet takes away.",
-        packets={WALK: AROUND},
+    yield from _both(
+        Case(
+            "packets-along-portals",
+            RING,
+            "A key frame, and a packet for each portal of a way around the wall.",
+            "A client that loses its state, or keeps what a packet takes away.",
+            packets={WALK: AROUND},
+        )
     )
     yield Case(
         "packets-leap",
@@ -120,6 +142,13 @@ def body_cases() -> Iterator[Case]:
         proofs=in_a_box,
     )
     yield Case(
+        "packets-both-codecs",
+        RING,
+        "Plain and coded bodies in one sequence.",
+        "A codec that keeps what it has learnt from one packet to the next.",
+        packets={WALK: tuple(replace(step, codec=i % 2) for i, step in enumerate(AROUND))},
+    )
+    yield Case(
         "packets-deflated",
         RING,
         "Plain bodies in the fixed codes of deflate.",
@@ -138,13 +167,15 @@ def body_cases() -> Iterator[Case]:
 
 def form_cases() -> Iterator[Case]:
     """What objects and faces may be like."""
-    yield Case(
-        "packets-levels",
-        RING,
-        "Objects at three levels, which some of them change on the way.",
-        "A face that is sought in the content of level 0, whatever its level.",
-        coarse=two_levels,
-        packets={WALK: LEVELS},
+    yield from _both(
+        Case(
+            "packets-levels",
+            RING,
+            "Objects at three levels, which some of them change on the way.",
+            "A face that is sought in the content of level 0, whatever its level.",
+            coarse=two_levels,
+            packets={WALK: LEVELS},
+        )
     )
     yield Case(
         "packets-faces-stand-for-many",
@@ -154,12 +185,14 @@ def form_cases() -> Iterator[Case]:
         coarse=faces_for_many,
         packets={WALK: (Step(WEST, base=KEY, levels=dict.fromkeys(range(4), 1)),)},
     )
-    yield Case(
-        "packets-porous",
-        BEHIND_THE_FENCE,
-        "Porous objects have their flag.",
-        "Flags that are counted over a content in place of the tileset.",
-        packets={WALK: (Step(0, base=KEY),)},
+    yield from _both(
+        Case(
+            "packets-porous",
+            BEHIND_THE_FENCE,
+            "Porous objects have their flag.",
+            "Flags that are counted over a content in place of the tileset.",
+            packets={WALK: (Step(0, base=KEY),)},
+        )
     )
     yield Case(
         "packets-one-sided",
@@ -168,12 +201,16 @@ def form_cases() -> Iterator[Case]:
         "Flags that are left out with the first key frame that has none.",
         packets={WALK: (Step(1, base=KEY), Step(0), Step(1))},
     )
-    yield Case(
-        "packets-corners-coincide",
-        with_points(),
-        "Faces with two corners, or three, in one place.",
-        "Corners that are sorted in place of turned, or turned to another of the smallest ones.",
-        packets={WALK: (Step(EAST, base=KEY, exact=False, kept=(6, 7, 8, 9, 10)), Step(EAST), Step(WEST))},
+    yield from _both(
+        Case(
+            "packets-corners-coincide",
+            with_points(),
+            "Faces with two corners, or three, in one place.",
+            "Corners that are sorted in place of turned, or turned to another of the smallest ones.",
+            packets={
+                WALK: (Step(EAST, base=KEY, exact=False, kept=(6, 7, 8, 9, 10)), Step(EAST), Step(WEST))
+            },
+        )
     )
     yield Case(
         "packets-degenerate-face",
@@ -187,12 +224,14 @@ def form_cases() -> Iterator[Case]:
 def limit_cases() -> Iterator[Case]:
     """Limits that are only just kept."""
     far = (2**23 - 1) * 2.0**-10
-    yield Case(
-        "packets-grid-limit",
-        scaled_world(-10, 1.0, far),
-        "A corner of 2^23 - 1 steps.",
-        "Differences of corners in 23 bits and a sign.",
-        packets={WALK: (Step(0, base=KEY),)},
+    yield from _both(
+        Case(
+            "packets-grid-limit",
+            scaled_world(-10, 1.0, far),
+            "A corner of 2^23 - 1 steps.",
+            "Differences of corners in 23 bits and a sign.",
+            packets={WALK: (Step(0, base=KEY),)},
+        )
     )
     yield Case(
         "packets-last-cell",
@@ -202,12 +241,14 @@ def limit_cases() -> Iterator[Case]:
         near=("packet/cells",),
         packets={WALK: (Step(UPPER, base=KEY), Step(UPPER), Step(EAST))},
     )
-    yield Case(
-        "packets-empty-state",
-        replace(SINGLE, max_range=0.25),
-        "A cell from which nothing can be seen: a state without an object.",
-        "A state without objects that is taken for no state.",
-        packets={WALK: (Step(0, base=KEY, exact=False, kept=(0,)), Step(0))},
+    yield from _both(
+        Case(
+            "packets-empty-state",
+            replace(SINGLE, max_range=0.25),
+            "A cell from which nothing can be seen: a state without an object.",
+            "A state without objects that is taken for no state.",
+            packets={WALK: (Step(0, base=KEY, exact=False, kept=(0,)), Step(0))},
+        )
     )
 
 

@@ -166,15 +166,6 @@ def test_what_takes_too_long_or_too_much_is_not_examined(tileset: Path, of_map: 
         assert found["packet/exact"] == ("not run", "packet/geometry: not run")
 
 
-def test_a_body_without_a_decoder_is_not_examined(tileset: Path, of_map: bytes) -> None:
-    data = bytearray(walk(of_map))
-    data[5] = 1
-    found = verdicts(tileset, bytes(data))
-    said = "walk.vep packet 0 (byte 0): a body of codec 1, which is not decoded"
-    assert found["packet/header"] == ("pass", "")
-    assert found["packet/body"] == ("not run", said)
-
-
 def test_states_are_let_go_after_their_last_use(tileset: Path, of_map: bytes) -> None:
     data = walk(of_map)
     largest = len(canonical(of_map, 0, 1, SETS[0]))

@@ -7,16 +7,16 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 from itertools import islice
 
-from tilesnav_validator import packetplain
+from tilesnav_validator import packetcoded, packetplain
 from tilesnav_validator.findings import Finding, Settings
+from tilesnav_validator.packetbits import TooManyBitsError
 from tilesnav_validator.packetparts import BeyondTilesetError, BodyError, Part, Parts, mark, size
-from tilesnav_validator.packets import PLAIN, Packet, Sequence
+from tilesnav_validator.packets import CODED, PLAIN, Packet, Sequence
 from tilesnav_validator.packetscene import Scene
 
 NAMED = 4
 """Faces and objects that a finding names."""
-DECODERS = {PLAIN: packetplain.decode}
-"""Codecs whose bodies are read; what has another one is not examined."""
+DECODERS = {PLAIN: packetplain.decode, CODED: packetcoded.decode}
 
 
 @dataclass
@@ -49,7 +49,7 @@ class Followed:
 
 
 class UnexaminedError(Exception):
-    """A sequence cannot be followed to its end, with the time, memory and decoders that there are."""
+    """Following a sequence takes more time or memory than it is given."""
 
 
 def follow(sequences: list[Sequence], scene: Scene, settings: Settings) -> Followed:
@@ -107,12 +107,12 @@ class _Follower:
 
     def _apply(self, packet: Packet, before: Parts) -> Parts | None:
         """The state that results; None where the body is broken."""
-        if packet.codec not in DECODERS:
-            raise UnexaminedError(f"{packet.where}: a body of codec {packet.codec}, which is not decoded")
         try:
             return DECODERS[packet.codec](packet.body, before, self.scene.object_count)
         except BeyondTilesetError as error:
             self.found.note("geometry", packet, f"{error.where}: {error.measured}", error.allowed)
+        except TooManyBitsError as error:
+            raise UnexaminedError(f"{packet.where}: {error}") from None
         except BodyError as error:
             self.found.note("body", packet, f"{error.where}: {error.measured}", error.allowed)
         return None
