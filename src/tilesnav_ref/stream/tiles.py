@@ -116,7 +116,7 @@ def _row(one: _Open, root: Path) -> _Row:
         transform = transform @ np.reshape(tile.numbers("transform", 16), (4, 4)).T
     volume = tile.fields("boundingVolume")
     if not volume.has("box"):
-        raise volume.error("box", "another volume", "a box, as the reference encoder writes it")
+        raise volume.error("box", "nothing", "a box; spheres and regions are not followed")
     box = np.reshape(volume.numbers("box", 12), (4, 3)) @ transform[:3, :3].T
     box[0] += transform[:3, 3]
     scale = float(np.linalg.norm(transform[:3, :3], axis=0).max())
