@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from test_tileset_coarse import coarse_map
 from test_tileset_small_map import small_map
 
 from tilesnav_ref.cells import planes
@@ -26,6 +27,15 @@ def _write(folder: Path, cells_per_sector: int) -> Path:
     one = small_map()
     write_tileset(folder, one, planes(one.cells, one.scene.step), TilesetSettings(cells_per_sector))
     return folder
+
+
+def test_files_of_coarse_levels_count(tmp_path: Path) -> None:
+    write_tileset(tmp_path, coarse_map(), planes(small_map().cells, 2.0**-10), TilesetSettings())
+    found = figures(open_tileset(tmp_path))
+    files = [p for p in tmp_path.rglob("*") if p.is_file()]
+    assert found["coarse_levels"] == 2
+    assert found["bytes"]["coarse"] == sum(p.stat().st_size for p in files if "-" in p.name)
+    assert found["bytes"]["total"] == sum(p.stat().st_size for p in files)
 
 
 @pytest.mark.parametrize("cells_per_sector", [2, 3])
@@ -51,6 +61,7 @@ def test_figures_of_the_small_map(tmp_path: Path, cells_per_sector: int) -> None
     nav = found["bytes"]["nav"]
     assert sum(nav.values()) == sum(p.stat().st_size for p in (tmp_path / "nav").iterdir())
     assert nav["deltas"] == found["delta"]["bytes"]
+    assert (found["coarse_levels"], found["bytes"]["coarse"]) == (0, 0)
 
 
 def test_a_single_sector_has_the_bytes_of_its_tables(tmp_path: Path) -> None:

@@ -64,7 +64,9 @@ def _limits(figures: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _bytes(sizes: dict[str, Any]) -> Table:
     table = _table("part", "bytes")
-    parts = {"contents": sizes["contents"], **{f"nav {group}": n for group, n in sizes["nav"].items()}}
+    coarse = {"coarse levels": sizes["coarse"]} if sizes["coarse"] else {}
+    nav = {f"nav {group}": n for group, n in sizes["nav"].items()}
+    parts = {"contents": sizes["contents"], **coarse, **nav}
     proofs = {"certificates": sizes["certificates"]} if sizes["certificates"] else {}
     for part, size in {**parts, **proofs, "tileset.json": sizes["json"], "total": sizes["total"]}.items():
         table.add_row(part, f"{size:,}")

@@ -1,4 +1,4 @@
-"""Reading the container of a nav file: every bound is checked before anything is used as one."""
+"""Reading the container of nav files and face maps: every bound is checked before it is used as one."""
 
 from __future__ import annotations
 
@@ -15,13 +15,15 @@ from tilesnav_ref.stream.errors import TilesetError
 from tilesnav_ref.stream.fields import JSON_LIMIT, Fields, parse_object
 
 HEADER = struct.Struct("<4sIQQ")
+NAV_MAGIC = b"nav1"
+FACE_MAP_MAGIC = b"fmap"
 
 Bytes = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
 class Container:
-    """A nav file in memory, or mapped into it."""
+    """A nav file or a face map in memory, or mapped into it."""
 
     source: str
     members: Fields
@@ -62,8 +64,8 @@ class Container:
         return self.binary[first:last].view(dtype).reshape(shape)
 
 
-def map_container(path: Path) -> Container:
-    """Map a nav file into memory, read-only.
+def map_container(path: Path, magic: bytes = NAV_MAGIC) -> Container:
+    """Map a nav file, or a file with another magic, into memory, read-only.
 
     Raises
     ------
@@ -76,11 +78,11 @@ def map_container(path: Path) -> Container:
         data = np.asarray(np.memmap(path, dtype=np.uint8, mode="r"))
     except OSError as error:
         raise TilesetError(str(path), "file", error.strerror or "an error", "a readable file") from error
-    return parse_container(data, str(path))
+    return parse_container(data, str(path), magic)
 
 
-def parse_container(data: Bytes, source: str) -> Container:
-    """Check header, padding and buffer views of a nav file.
+def parse_container(data: Bytes, source: str, magic: bytes = NAV_MAGIC) -> Container:
+    """Check header, padding and buffer views of a nav file, or of a file with another magic.
 
     Parameters
     ----------
@@ -88,13 +90,15 @@ def parse_container(data: Bytes, source: str) -> Container:
         The whole file.
     source : str
         Its name, for errors.
+    magic : bytes
+        The four bytes that it has to begin with.
 
     Raises
     ------
     TilesetError
         Naming what is wrong.
     """
-    json_length, binary_length = _header(data, source)
+    json_length, binary_length = _header(data, source, magic)
     json_end = HEADER.size + json_length
     members = parse_object(data[HEADER.size : json_end].tobytes(), source)
     buffers = members.list_of_fields("buffers")
@@ -108,12 +112,12 @@ def parse_container(data: Bytes, source: str) -> Container:
     return Container(source, members, data[json_end : json_end + used], _views(members, used))
 
 
-def _header(data: Bytes, source: str) -> tuple[int, int]:
+def _header(data: Bytes, source: str, allowed: bytes) -> tuple[int, int]:
     if len(data) < HEADER.size:
         raise TilesetError(source, "header", f"{len(data)} bytes", f"at least {HEADER.size}")
     magic, version, json_length, binary_length = HEADER.unpack(data[: HEADER.size].tobytes())
-    if magic != b"nav1":
-        raise TilesetError(source, "magic", repr(magic), "b'nav1'")
+    if magic != allowed:
+        raise TilesetError(source, "magic", repr(magic), repr(allowed))
     if version != 1:
         raise TilesetError(source, "version", str(version), "1")
     if json_length % 8 or binary_length % 8:

@@ -1,4 +1,4 @@
-"""The contents of level 0: where they are, and how their faces share out to objects."""
+"""The nav contents of a tileset: where they are, and how their faces share out to objects."""
 
 from __future__ import annotations
 
@@ -21,6 +21,15 @@ CHUNK_BYTES = 4096
 
 
 @dataclass(frozen=True)
+class FaceMapRef:
+    """A face map as the tileset states it."""
+
+    path: Path
+    sha256: str
+    """Digest of the file, in hexadecimal digits."""
+
+
+@dataclass(frozen=True)
 class ContentRef:
     """A content as the tileset states it."""
 
@@ -34,6 +43,9 @@ class ContentRef:
     """Ascending indices of its primitives that are seen from their front only."""
     sha256: str = ""
     """Digest of the file as the tileset states it, in hexadecimal digits."""
+    level: int = 0
+    face_map: FaceMapRef | None = None
+    """Of a content of level 1 or more; None where it has none."""
 
 
 @dataclass(frozen=True)
@@ -44,15 +56,26 @@ class _Document:
     """Files of the tilesets that led here, this one included."""
 
 
-def find_contents(entry: Fields, path: Path, root: Path) -> tuple[ContentRef, ...]:
-    """Walk the tiles, external tilesets included, and list the nav contents of level 0 by contentId.
+@dataclass(frozen=True)
+class Contents:
+    """The nav contents of a tileset."""
+
+    fine: tuple[ContentRef, ...]
+    """Those of level 0, by contentId."""
+    coarse: dict[int, tuple[ContentRef, ...]]
+    """Those with face maps of every level above, by contentId; levels ascend."""
+
+
+def find_contents(entry: Fields, path: Path, root: Path) -> Contents:
+    """Walk the tiles, external tilesets included, and list the nav contents by level and contentId.
 
     Raises
     ------
     TilesetError
-        When a reference leads outside or back, nests too deep, or the ids are not 0, 1, 2, ... each once.
+        When a reference leads outside or back, nests too deep, or the ids of a level are not 0, 1, 2, ...
+        each once.
     """
-    found: list[ContentRef] = []
+    found: dict[int, list[ContentRef]] = {0: []}
     documents = [_Document(entry, path.parent, (path,))]
     while documents:
         document = documents.pop()
@@ -64,20 +87,30 @@ def find_contents(entry: Fields, path: Path, root: Path) -> tuple[ContentRef, ..
             for content in _contents_of(tile):
                 target = resolve_uri(content, document.folder, root)
                 if _is_nav_content(content):
-                    if _level(content) == 0:
-                        found.append(_content_ref(content, target))
+                    ref = _content_ref(content, target, document.folder, root)
+                    # A coarser content without a face map is for viewers: its form and its id are free.
+                    if ref is not None:
+                        found.setdefault(ref.level, []).append(ref)
                 elif _may_be_tileset(target):
                     inner = _external(document, target)
                     documents.extend([inner] if inner.tileset.has("root") else [])
-    found.sort(key=lambda content: content.content_id)
-    ids = [content.content_id for content in found]
+    levels = {level: _by_id(found[level], path, level) for level in sorted(found)}
+    return Contents(levels.pop(0), levels)
+
+
+def _by_id(contents: list[ContentRef], path: Path, level: int) -> tuple[ContentRef, ...]:
+    ordered = sorted(contents, key=lambda content: content.content_id)
+    ids = [content.content_id for content in ordered]
     if ids != list(range(len(ids))):
-        raise TilesetError(str(path), "contentId", f"{ids[:8]}", "0, 1, 2, ... each once")
-    return tuple(found)
+        place = f"contentId of level {level}" if level else "contentId"
+        raise TilesetError(str(path), place, f"{ids[:8]}", "0, 1, 2, ... each once")
+    return tuple(ordered)
 
 
 def object_offsets(contents: tuple[ContentRef, ...]) -> NDArray[np.int64]:
-    """First face of every object and, last, the number of faces; the prefix sum over contents and primitives.
+    """First face of every primitive of contents and, last, the number of faces: a prefix sum.
+
+    Of the contents of level 0 the primitives are the objects.
 
     Returns
     -------
@@ -132,12 +165,12 @@ def _is_nav_content(content: Fields) -> bool:
     return content.has("extensions") and content.fields("extensions").has(EXTENSION)
 
 
-def _level(content: Fields) -> int:
-    return content.fields("extensions").fields(EXTENSION).integer("level")
-
-
-def _content_ref(content: Fields, path: Path) -> ContentRef:
+def _content_ref(content: Fields, path: Path, folder: Path, root: Path) -> ContentRef | None:
+    """Read the object of a nav content; None for a coarser content without a face map."""
     extension = content.fields("extensions").fields(EXTENSION)
+    level = extension.integer("level")
+    if level and not extension.has("faceMap"):
+        return None
     objects = extension.integer("objectCount")
     return ContentRef(
         path,
@@ -147,7 +180,13 @@ def _content_ref(content: Fields, path: Path) -> ContentRef:
         _indices(extension, "porous", objects),
         _indices(extension, "oneSided", objects),
         extension.text("sha256") if extension.has("sha256") else "",
+        level,
+        _face_map(extension.fields("faceMap"), folder, root) if level else None,
     )
+
+
+def _face_map(stated: Fields, folder: Path, root: Path) -> FaceMapRef:
+    return FaceMapRef(resolve_uri(stated, folder, root), stated.text("sha256"))
 
 
 def _indices(extension: Fields, name: str, below: int) -> tuple[int, ...]:

@@ -36,6 +36,7 @@ def figures(tileset: NavTileset) -> Figures:
         "faces": tileset.face_count,
         "objects": tileset.object_count,
         "contents": len(tileset.contents),
+        "coarse_levels": len(tileset.coarse),
         "volume": float(sum(cell_volumes(sector.planes).sum() for sector in tileset.sectors)),
         "clearance": tileset.clearance,
         "grid_step": tileset.step,
@@ -85,9 +86,23 @@ def _bytes(tileset: NavTileset) -> Figures:
     nav["other"] = files - sum(nav.values())
     contents = sum(content.path.stat().st_size for content in tileset.contents)
     proofs = sum(path.stat().st_size for path in tileset.certificates)
+    coarse = sum(path.stat().st_size for path in _coarse_files(tileset))
     json_bytes = tileset.path.stat().st_size
-    total = contents + files + proofs + json_bytes
-    return {"contents": contents, "nav": nav, "certificates": proofs, "json": json_bytes, "total": total}
+    return {
+        "contents": contents,
+        "coarse": coarse,
+        "nav": nav,
+        "certificates": proofs,
+        "json": json_bytes,
+        "total": contents + coarse + files + proofs + json_bytes,
+    }
+
+
+def _coarse_files(tileset: NavTileset) -> list[Path]:
+    """Contents and face maps of the coarse levels."""
+    contents = [content for level in tileset.coarse.values() for content in level]
+    maps = [content.face_map.path for content in contents if content.face_map is not None]
+    return [*(content.path for content in contents), *maps]
 
 
 def _run_report(path: Path) -> Figures:

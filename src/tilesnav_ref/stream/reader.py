@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from tilesnav_ref.stream.contents import EXTENSION, ContentRef, find_contents, o
 from tilesnav_ref.stream.errors import TilesetError
 from tilesnav_ref.stream.fields import JSON_LIMIT, Fields, parse_object
 from tilesnav_ref.stream.glb import open_glb
+from tilesnav_ref.stream.levels import Level, LevelFaces, LevelScale, read_faces, read_level, read_scale
 from tilesnav_ref.stream.sector import Limits, Sector, open_sector
 from tilesnav_ref.stream.state import Delta, State
 from tilesnav_ref.stream.uris import read_bytes, resolve_uri
@@ -42,6 +43,10 @@ class NavTileset:
     """Metres within which a face counts as visible; None for any distance."""
     certificates: tuple[Path, ...] = ()
     """Certificate files, of the sectors that have one."""
+    coarse: dict[int, tuple[ContentRef, ...]] = field(default_factory=dict)
+    """Contents with face maps of every level above 0; levels ascend."""
+    scale: LevelScale = field(default_factory=LevelScale)
+    """What level codes stand for."""
 
     @property
     def porous_objects(self) -> NDArray[np.int64]:
@@ -62,6 +67,24 @@ class NavTileset:
     def object_offsets(self) -> NDArray[np.int64]:
         """(K + 1,) first face of every object and the number of faces; read from the contents."""
         return object_offsets(self.contents)
+
+    @cached_property
+    def finest(self) -> LevelFaces:
+        """Faces of level 0; read from the contents."""
+        return read_faces(self.contents, self.object_offsets, self.step)
+
+    @cached_property
+    def levels(self) -> tuple[Level, ...]:
+        """The coarse levels, ascending; read from contents and face maps, each with every check.
+
+        Raises
+        ------
+        TilesetError
+            When a content or a face map is not sound, or an object is not stood for exactly once.
+        """
+        return tuple(
+            read_level(contents, self.object_offsets, self.step) for contents in self.coarse.values()
+        )
 
     def state(self, cell: int) -> State:
         """What a client in a cell holds."""
@@ -141,16 +164,18 @@ def open_tileset(place: Path) -> NavTileset:
     entry = tileset.fields("extensions").fields(EXTENSION)
     _check_version(entry)
     root = path.parent.resolve()
-    lod = entry.fields("lod")
+    scale = read_scale(entry.fields("lod"))
     limits = Limits(
         cells=entry.integer("cellCount", 1),
         faces=entry.integer("faceCount"),
         objects=entry.integer("objectCount"),
-        levels=lod.integer("levelCount", 1, 256),
+        levels=scale.level_count,
     )
     contents = find_contents(tileset, path.resolve(), root)
-    if sum(content.face_count for content in contents) != limits.faces:
+    if sum(content.face_count for content in contents.fine) != limits.faces:
         raise entry.error("faceCount", limits.faces, "the sum over the contents of level 0")
+    if sum(content.object_count for content in contents.fine) != limits.objects:
+        raise entry.error("objectCount", limits.objects, "the sum over the contents of level 0")
     return NavTileset(
         path=path,
         step=2.0 ** entry.fields("grid").integer("exponent", -20, 0),
@@ -162,13 +187,15 @@ def open_tileset(place: Path) -> NavTileset:
         portal_count=entry.integer("portalCount"),
         provenance=entry.fields("provenance").members,
         sectors=_open_sectors(entry, root, limits),
-        contents=contents,
+        contents=contents.fine,
         max_range=_max_range(entry),
         certificates=tuple(
             resolve_uri(stated.fields("certificates"), root, root)
             for stated in entry.list_of_fields("sectors")
             if stated.has("certificates")
         ),
+        coarse=contents.coarse,
+        scale=scale,
     )
 
 

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_ref.stream.container import Container, map_container
-from tilesnav_ref.stream.fields import Fields
-
-Table = NDArray[Any]
+from tilesnav_ref.stream.container import map_container
+from tilesnav_ref.stream.tables import Ragged, TableReader
 
 
 @dataclass(frozen=True)
@@ -23,19 +20,6 @@ class Limits:
     faces: int
     objects: int
     levels: int
-
-
-@dataclass(frozen=True)
-class Ragged:
-    """Lists one behind the other."""
-
-    offsets: NDArray[np.uint32]
-    """(R + 1,)."""
-    values: Table
-
-    def row(self, index: int) -> Table:
-        """Return one list."""
-        return self.values[self.offsets[index] : self.offsets[index + 1]]
 
 
 @dataclass(frozen=True)
@@ -95,7 +79,7 @@ def open_sector(path: Path, limits: Limits) -> Sector:
         When container or tables are not sound: lengths, offsets, numbers out of range, order.
     """
     container = map_container(path)
-    reader = _TableReader(container, {})
+    reader = TableReader(container, {})
     members = container.members
     place = members.fields("sector")
     count = place.integer("cellCount", 1, limits.cells)
@@ -134,65 +118,3 @@ def open_sector(path: Path, limits: Limits) -> Sector:
         ),
         table_bytes=reader.group_bytes(),
     )
-
-
-@dataclass(frozen=True)
-class _TableReader:
-    container: Container
-    owners: dict[int, str]
-    """Place of the table of each buffer view that has been read."""
-
-    def table(self, owner: Fields, name: str, dtype: str, shape: tuple[int, ...]) -> Table:
-        """Read a table from a buffer view that no other table has."""
-        table = self.container.table(owner, name, dtype, shape)
-        view = owner.integer(name)
-        if view in self.owners:
-            raise owner.error(
-                name, f"buffer view {view}, as {self.owners[view]}", "one table for each buffer view"
-            )
-        self.owners[view] = f"{owner.place}.{name}"
-        return table
-
-    def group_bytes(self) -> dict[str, int]:
-        """Bytes of the tables that have been read, by group."""
-        groups: dict[str, int] = {}
-        for view, place in self.owners.items():
-            first, last = self.container.views[view]
-            group = place.partition(".")[0]
-            groups[group] = groups.get(group, 0) + last - first
-        return groups
-
-    def plain(self, owner: Fields, name: str, dtype: str, shape: tuple[int, ...], limit: int) -> Table:
-        """Read numbers that are all less than limit."""
-        table = self.table(owner, name, dtype, shape)
-        if table.size and int(table.max()) >= limit:
-            raise owner.error(name, int(table.max()), f"numbers less than {limit}")
-        return table
-
-    def floats(self, owner: Fields, name: str, shape: tuple[int, ...]) -> Table:
-        table = self.table(owner, name, "<f8", shape)
-        if not np.isfinite(table).all():
-            raise owner.error(name, "a value that is not finite", "finite numbers")
-        return table
-
-    def offsets(self, owner: Fields, name: str, rows: int, total: int) -> Table:
-        offsets = self.table(owner, name, "<u4", (rows + 1,))
-        if offsets[0] != 0 or offsets[-1] != total or np.any(offsets[1:] < offsets[:-1]):
-            raise owner.error(name, "other offsets", f"offsets from 0 to {total} that do not decrease")
-        return offsets
-
-    def lists(self, owner: Fields, names: tuple[str, str], rows: int, total: int, limit: int) -> Ragged:
-        """Read lists of numbers less than limit, strictly ascending within each list."""
-        offsets = self.offsets(owner, names[0], rows, total)
-        values = self.plain(owner, names[1], "<u4", (total,), limit)
-        falls = np.flatnonzero(values[1:] <= values[:-1]) + 1
-        inside = falls[~np.isin(falls, offsets)]
-        if inside.size:
-            raise owner.error(names[1], f"element {inside[0]} not above the one before", "ascending lists")
-        return Ragged(offsets, values)
-
-    def polygons(self, portals: Fields, rows: int) -> Ragged:
-        total = portals.integer("vertexCount")
-        return Ragged(
-            self.offsets(portals, "polygonOffsets", rows, total), self.floats(portals, "vertices", (total, 3))
-        )

@@ -1,0 +1,1 @@
+"""Packets: what travels to a vehicle, with the geometry."""
