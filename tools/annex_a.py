@@ -16,6 +16,8 @@ from generated import finish
 ROOT = Path(__file__).resolve().parents[1]
 TARGET = ROOT / "spec" / "annex_a.md"
 CASES = ROOT / "conformance" / "cases"
+TARGETS = {"packet": "sequence of packets, for a tileset"}
+"""Targets of the classes whose target is not a tileset."""
 METHODS = {
     "schema": "Validate against the JSON Schemas; an error under the `$comment` of this id fails the test.",
     "check": "Inspect the files as the text says.",
@@ -67,7 +69,7 @@ def annex() -> str:
         lines += [
             f"## Conformance class {name}",
             "",
-            f"`{registry['base_uri']}/conf/{name}`, target: tileset",
+            f"`{registry['base_uri']}/conf/{name}`, target: {TARGETS.get(name, 'tileset')}",
             "",
         ]
         for row in registry["requirement"]:

@@ -13,7 +13,7 @@ from tilesnav_validator.registry import REGISTRY
 
 STAGES = ("io", "schema", "link", "binary", "geometry", "visibility")
 WAYS = ("check", "schema", "sampling", "inspection")
-CLASSES = ("core", "cell", "pvs", "lod", "delta", "provenance", "certificate", "level")
+CLASSES = ("core", "cell", "pvs", "lod", "delta", "provenance", "certificate", "level", "packet")
 
 
 BY_BOTH = {"certificate/container", "level/container"}

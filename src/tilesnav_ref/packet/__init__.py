@@ -1,1 +1,1 @@
-"""Packets: what travels to a vehicle, with the geometry."""
+"""Visibility-event packets: what a vehicle holds, and the bytes that bring it there."""

@@ -1,0 +1,165 @@
+"""A vehicle's side: packets in any order, lost, doubled or broken, and one state that is right or none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from tilesnav_ref.packet.change import applies, apply_packet
+from tilesnav_ref.packet.early import EarlyPackets
+from tilesnav_ref.packet.model import Limits, PacketError
+from tilesnav_ref.packet.state import NAME_BYTES, HeldState
+from tilesnav_ref.packet.wire import Packet, read_packet
+
+
+class Verdict(Enum):
+    """What became of a packet."""
+
+    APPLIED = "applied"
+    """The state is that of the packet, or of one that was kept and follows it."""
+    REPEATED = "repeated"
+    """The state is that of the packet already."""
+    KEPT = "kept"
+    """It does not apply to the state that is held, or leads away from where the vehicle is."""
+    REFUSED = "refused"
+    """It is broken, for another map, or more than may be held."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a packet, and why."""
+
+    verdict: Verdict
+    reason: str
+    applied: int = 0
+    """Packets that were applied, those that had been kept included."""
+
+
+@dataclass(frozen=True)
+class ClientSettings:
+    """What a client takes on."""
+
+    limits: Limits = Limits()
+    """Faces and objects that it holds at most."""
+    early_bytes: int = 1 << 22
+    """Bytes of packets that it keeps for later; the oldest go first."""
+    early_packets: int = 256
+    """Number of packets that it keeps for later."""
+
+
+class PacketClient:
+    """Holds a state of one map and follows packets.
+
+    Parameters
+    ----------
+    map_name : bytes
+        First 8 bytes of the SHA-256 of the entry tileset file.
+    settings : ClientSettings, optional
+
+    Notes
+    -----
+    The state is always one that the sender has made for the cell that it names: a packet is applied to exactly the
+    state that it is for, and what results is taken over as a whole, where it has the mark that the packet states.
+
+    A client that is told where the vehicle is, by `enter`, does not leave a state for that cell for one of
+    another cell: what leads elsewhere is kept until the vehicle goes there.
+    """
+
+    def __init__(self, map_name: bytes, settings: ClientSettings | None = None) -> None:
+        if len(map_name) != NAME_BYTES:
+            raise ValueError(f"map_name: found {len(map_name)} bytes; allowed: {NAME_BYTES}")
+        self._map_name = map_name
+        self._settings = settings or ClientSettings()
+        self._early = EarlyPackets(self._settings.early_packets, self._settings.early_bytes)
+        self._state: HeldState | None = None
+        self._here: int | None = None
+
+    @property
+    def state(self) -> HeldState | None:
+        """What is held; None before the first key frame."""
+        return self._state
+
+    @property
+    def here(self) -> int | None:
+        """Cell that the vehicle is in; None where the client was not told."""
+        return self._here
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the state is for the cell that the vehicle is in, or for any where the client was not told."""
+        return self._state is not None and self._here in (None, self._state.cell)
+
+    def receive(self, data: bytes) -> Outcome:
+        """Take a packet; never raises for what comes over the link.
+
+        Parameters
+        ----------
+        data : bytes
+            One packet, or anything else.
+        """
+        try:
+            packet = read_packet(data)
+        except PacketError as error:
+            return Outcome(Verdict.REFUSED, str(error))
+        if packet.map_name != self._map_name:
+            reason = f"map {packet.map_name.hex()}; allowed: {self._map_name.hex()}"
+            return Outcome(Verdict.REFUSED, reason)
+        if self._is_held(packet):
+            return Outcome(Verdict.REPEATED, f"cell {packet.cell} is held as the packet leaves it")
+        if applies(packet, self._state) and self._may_go(packet.cell):
+            return self._take(packet)
+        limit = self._settings.early_bytes
+        if packet.size > limit:
+            return Outcome(Verdict.REFUSED, f"{packet.size} bytes to keep; allowed: {limit} or less")
+        self._early.put(packet)
+        return Outcome(Verdict.KEPT, self._why_kept(packet))
+
+    def enter(self, cell: int) -> Outcome:
+        """Say where the vehicle is now; packets that were kept and lead there are applied.
+
+        Returns
+        -------
+        Outcome
+            APPLIED or REPEATED where the state is for the cell; else KEPT, as nothing has come that leads there.
+        """
+        self._here = cell
+        if self._state is not None and self._state.cell == cell:
+            return Outcome(Verdict.REPEATED, f"cell {cell} is held")
+        applied = self._follow()
+        if self.is_current:
+            return Outcome(Verdict.APPLIED, f"cell {cell} from packets that were kept", applied)
+        return Outcome(Verdict.KEPT, f"nothing has come that leads to cell {cell}", applied)
+
+    def _take(self, packet: Packet) -> Outcome:
+        try:
+            self._state = apply_packet(packet, self._state, self._settings.limits)
+        except PacketError as error:
+            return Outcome(Verdict.REFUSED, str(error))
+        return Outcome(Verdict.APPLIED, f"cell {packet.cell}", 1 + self._follow())
+
+    def _follow(self) -> int:
+        """Apply packets that were kept, each once, as far as they lead and the vehicle may go; their number."""
+        applied = 0
+        while (packet := self._early.take(self._state, self._here, self._may_go)) is not None:
+            if self._is_held(packet):
+                continue
+            try:
+                self._state = apply_packet(packet, self._state, self._settings.limits)
+            except PacketError:
+                continue  # it was broken when it was kept, and is dropped
+            applied += 1
+        return applied
+
+    def _is_held(self, packet: Packet) -> bool:
+        state = self._state
+        return state is not None and (packet.cell, packet.mark) == (state.cell, state.mark)
+
+    def _may_go(self, cell: int) -> bool:
+        """Whether the state may become one for a cell: not where that leaves the cell that the vehicle is in."""
+        return not self.is_current or self._here in (None, cell)
+
+    def _why_kept(self, packet: Packet) -> str:
+        if applies(packet, self._state):
+            return f"it leads to cell {packet.cell}; the vehicle is in cell {self._here}"
+        held = "nothing" if self._state is None else f"cell {self._state.cell}, mark {self._state.mark.hex()}"
+        return f"it applies to cell {packet.before_cell}, mark {packet.before_mark.hex()}; held: {held}"

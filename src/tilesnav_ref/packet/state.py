@@ -1,0 +1,161 @@
+"""What a vehicle holds in a cell, and the mark that binds it."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from struct import Struct
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tilesnav_ref.packet.model import Limits, ObjectFaces, PacketError
+
+Parts = tuple[ObjectFaces, ...]
+"""Of different objects, ascending."""
+
+COORDINATE_LIMIT = 1 << 23
+"""Grid coordinates are less than this in magnitude."""
+NAME_BYTES = 8
+"""Bytes of the name of a map, and of a mark."""
+KNOWN_FLAGS = 3
+"""Bit 0 porous, bit 1 one-sided."""
+STATE = Struct("<8sIII")
+"""Map, cell, exact or not, number of objects."""
+PART = Struct("<IBBI")
+"""Object, level, flags, number of faces."""
+
+
+@dataclass(frozen=True)
+class HeldState:
+    """What a vehicle holds, and for which cell of which map."""
+
+    map_name: bytes
+    """First 8 bytes of the SHA-256 of the entry tileset file."""
+    cell: int
+    exact: bool
+    """Whether nothing is held that the cell does not call for."""
+    parts: Parts
+
+    @property
+    def face_count(self) -> int:
+        """Faces held in all."""
+        return face_count(self.parts)
+
+    def canonical_bytes(self) -> bytes:
+        """Map, cell, exactness and parts, little-endian, as the specification lays them down."""
+        chunks = [STATE.pack(self.map_name, self.cell, self.exact, len(self.parts))]
+        for part in self.parts:
+            chunks.append(PART.pack(part.object, part.level, part.flags, len(part.faces)))
+            chunks.append(part.faces.astype("<u4").tobytes())
+            chunks.append(part.corners.astype("<i4").tobytes())
+        return b"".join(chunks)
+
+    @cached_property
+    def mark(self) -> bytes:
+        """First 8 bytes of the SHA-256 of the canonical bytes."""
+        return hashlib.sha256(self.canonical_bytes()).digest()[:NAME_BYTES]
+
+
+def face_count(parts: Sequence[ObjectFaces]) -> int:
+    """Faces of all parts."""
+    return sum(len(part.faces) for part in parts)
+
+
+def same_part(one: ObjectFaces, other: ObjectFaces) -> bool:
+    """Whether two parts hold the same of the same object."""
+    return one is other or (
+        (one.object, one.level, one.flags) == (other.object, other.level, other.flags)
+        and np.array_equal(one.faces, other.faces)
+        and np.array_equal(one.corners, other.corners)
+    )
+
+
+def check_parts(parts: Sequence[ObjectFaces], limits: Limits) -> None:
+    """Refuse what is no list of held parts.
+
+    Parameters
+    ----------
+    parts : sequence of ObjectFaces
+    limits : Limits
+        Faces and objects that may be held.
+
+    Raises
+    ------
+    PacketError
+        Naming the object and what is wrong with it.
+    """
+    if len(parts) > limits.objects:
+        raise PacketError(f"{len(parts)} objects held; allowed: {limits.objects} or less")
+    total = face_count(parts)
+    if total > limits.faces:
+        raise PacketError(f"{total} faces held; allowed: {limits.faces} or less")
+    last = -1
+    for part in parts:
+        if part.object <= last:
+            raise PacketError(f"object {part.object} after object {last}; allowed: ascending ones")
+        last = part.object
+        _check_part(part)
+    if parts:
+        _check_corners(parts)
+
+
+def _check_part(part: ObjectFaces) -> None:
+    where = f"object {part.object}"
+    if part.object >= 1 << 32 or not 0 <= part.level < 256:
+        raise PacketError(f"{where}: level {part.level}; allowed: objects below 2^32, levels 0 to 255")
+    if not 0 <= part.flags <= KNOWN_FLAGS:
+        raise PacketError(f"{where}: flags {part.flags:#04x}; allowed: bits 0 and 1")
+    count = len(part.faces)
+    if not count or part.corners.shape != (count, 3, 3):
+        found = f"{count} faces with corners of shape {part.corners.shape}"
+        raise PacketError(f"{where}: {found}; allowed: one face at least, nine coordinates each")
+    if not ascending(part.faces):
+        raise PacketError(f"{where}: faces that do not ascend; allowed: strictly ascending ones")
+
+
+def _check_corners(parts: Sequence[ObjectFaces]) -> None:
+    corners = np.concatenate([part.corners for part in parts])
+    bad = (corners <= -COORDINATE_LIMIT) | (corners >= COORDINATE_LIMIT)
+    if bad.any():
+        raise PacketError(f"a coordinate of {corners[bad][0]} steps; allowed: magnitudes below 2^23")
+    if not is_turned(corners).all():
+        raise PacketError("a face that does not begin with its least corner; allowed: the least of its rotations")
+
+
+def ascending(numbers: NDArray[np.uint32]) -> bool:
+    """Whether numbers ascend strictly."""
+    return bool((numbers[1:] > numbers[:-1]).all())
+
+
+def is_turned(corners: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Whether each face begins with the corner that makes its nine numbers the least of the three rotations.
+
+    Parameters
+    ----------
+    corners : (F, 3, 3) int32
+        Magnitudes below 2^23.
+
+    Returns
+    -------
+    (F,) bool
+
+    Examples
+    --------
+    >>> a, b = [0, 0, 0], [0, 0, 1]
+    >>> is_turned(np.array([[a, a, b], [a, b, a], [b, a, a]], np.int32)).tolist()
+    [True, False, False]
+    """
+    wide = corners.astype(np.int64)
+    # Two coordinates of 24 bits, with the sign, in one number; the third settles ties.
+    key, last = wide[:, :, 0] * (1 << 24) + wide[:, :, 1], wide[:, :, 2]
+
+    def order(i: int, j: int) -> NDArray[np.int64]:
+        first = np.sign(key[:, i] - key[:, j])
+        return np.where(first == 0, np.sign(last[:, i] - last[:, j]), first)
+
+    # Where first and last corner coincide, the rotation that begins with both is less, unless all coincide.
+    one, two = order(0, 1), order(0, 2)
+    return np.asarray((one <= 0) & ((two < 0) | ((one == 0) & (two == 0))))
