@@ -80,6 +80,11 @@ class PacketClient:
         return self._state
 
     @property
+    def holds(self) -> tuple[int, bytes] | None:
+        """Cell and mark of the state, which tell a sender what is held."""
+        return None if self._state is None else (self._state.cell, self._state.mark)
+
+    @property
     def here(self) -> int | None:
         """Cell that the vehicle is in; None where the client was not told."""
         return self._here
@@ -151,8 +156,7 @@ class PacketClient:
         return applied
 
     def _is_held(self, packet: Packet) -> bool:
-        state = self._state
-        return state is not None and (packet.cell, packet.mark) == (state.cell, state.mark)
+        return (packet.cell, packet.mark) == self.holds
 
     def _may_go(self, cell: int) -> bool:
         """Whether the state may become one for a cell: not where that leaves the cell that the vehicle is in."""
