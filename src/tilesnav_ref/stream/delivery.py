@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,10 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.packet.model import ObjectFaces
+from tilesnav_ref.packet.state import NAME_BYTES
 from tilesnav_ref.stream.errors import TilesetError
+from tilesnav_ref.stream.fields import JSON_LIMIT
 from tilesnav_ref.stream.levels import LevelFaces
 from tilesnav_ref.stream.policy import LevelPolicy
 from tilesnav_ref.stream.reader import NavTileset
+from tilesnav_ref.stream.uris import read_bytes
 
 POROUS, ONE_SIDED = 1, 2
 """Bits of the flags of an object."""
@@ -23,6 +27,11 @@ class Delivery:
     """Delivers the faces of a tileset, cell by cell; contents and face maps are read once."""
 
     tileset: NavTileset
+
+    @cached_property
+    def map_name(self) -> bytes:
+        """First 8 bytes of the SHA-256 of the entry tileset file."""
+        return hashlib.sha256(read_bytes(self.tileset.path, JSON_LIMIT)).digest()[:NAME_BYTES]
 
     def held(self, cell: int, policy: LevelPolicy) -> tuple[ObjectFaces, ...]:
         """Return the faces that a vehicle in a cell has to hold.

@@ -106,7 +106,7 @@ def drive(delivery: Delivery, route: Route, settings: DriveSettings) -> Drive:
         state = client.state
         if outcome.verdict is not Verdict.APPLIED or state is None:
             raise PacketError(f"packet to cell {passage.cell}: {outcome.verdict.value}: {outcome.reason}")
-        sender.acknowledge(state)
+        sender.acknowledge((state.cell, state.mark))
         packets.append(packet)
         rows.append(
             (passage.begin / settings.speed, state.face_count, _new_faces(held, state.parts), *np.diff(times))

@@ -19,10 +19,12 @@ DEPTH_LIMIT = 64
 
 @dataclass(frozen=True)
 class TileContent:
-    """A nav content of a tile."""
+    """A nav content of a tile, or an object that is given a tile of its own."""
 
-    path: Path
+    path: Path | None
+    """None for an object."""
     content_id: int
+    """Or the number of the object."""
     level: int
 
 
