@@ -10,7 +10,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from casebuilder import levels, senses
+from casebuilder import levels, senses, valid_packets
 from casebuilder.assemble import Case, assemble
 from casebuilder.invalid import invalid_cases
 from casebuilder.schema_cases import schema_files
@@ -23,7 +23,14 @@ FOLDERS = ("cases", "schema")
 
 def all_cases() -> list[Case]:
     """Every case, valid ones first."""
-    groups = (valid_cases, senses.valid_cases, levels.level_cases, invalid_cases, unreadable_cases)
+    groups = (
+        valid_cases,
+        senses.valid_cases,
+        levels.level_cases,
+        valid_packets.valid_cases,
+        invalid_cases,
+        unreadable_cases,
+    )
     return [case for group in groups for case in group()]
 
 

@@ -13,6 +13,7 @@ from casebuilder.coarse import Maker as CoarseMaker
 from casebuilder.coarse import add_coarse
 from casebuilder.container import glb_bytes, glb_parts, nav_bytes, nav_parts
 from casebuilder.exact import cell_corners
+from casebuilder.packets import Packet, Scene, Walks, packets
 from casebuilder.proofs import Maker, proof_bytes, proof_parts
 from casebuilder.state import State, Tables, sector_tables, world_states
 from casebuilder.world import World
@@ -59,7 +60,13 @@ class Case:
     tileset: Callable[[Json], object] | None = None
     """Changes the entry tileset."""
     files: Callable[[Files], object] | None = None
-    """Changes the finished files."""
+    """Changes the finished files, those of packets left aside."""
+    packets: Walks | None = None
+    """Sequences of packets by the name of their file."""
+    packet: Callable[[list[Packet]], object] | None = None
+    """Changes the packets of every sequence before they are laid out."""
+    sequence: Callable[[bytes], bytes] | None = None
+    """Changes the bytes of every sequence."""
 
     @property
     def folder(self) -> str:
@@ -71,7 +78,10 @@ class Case:
     def description(self) -> Json:
         """Content of case.json."""
         status = 1 if self.requirement else self.exit_status
-        expected: Json = {"tileset": "tileset.json", "exitStatus": status}
+        expected: Json = {"tileset": "tileset.json"}
+        if self.packets:
+            expected["packets"] = list(self.packets)
+        expected["exitStatus"] = status
         if self.requirement:
             expected["requirement"] = self.requirement
         if self.near:
@@ -217,6 +227,18 @@ def _certificate_files(case: Case, states: list[State], entry: Json) -> Files:
     return files
 
 
+def _packet_files(case: Case, scene: Scene, tileset: bytes) -> Files:
+    """Sequences of packets for the finished tileset."""
+    files = {}
+    for name, steps in (case.packets or {}).items():
+        made = packets(scene, hashlib.sha256(tileset).digest()[:8], steps)
+        if case.packet:
+            case.packet(made)
+        data = b"".join(packet.layout() for packet in made)
+        files[name] = case.sequence(data) if case.sequence else data
+    return files
+
+
 def json_bytes(value: object) -> bytes:
     """JSON file for people; lists of numbers stay on one line."""
     return _layout(value, "").encode() + b"\n"
@@ -249,11 +271,13 @@ def assemble(case: Case) -> Files:
     if case.entry:
         case.entry(entry)
     tileset = entry_tileset(world, entry, [content_json(world, i, files[content_name(i)]) for i in contents])
-    files |= add_coarse(world, case.coarse(world) if case.coarse else [], tileset)
+    coarse = case.coarse(world) if case.coarse else []
+    files |= add_coarse(world, coarse, tileset)
     if case.tileset:
         case.tileset(tileset)
     files["tileset.json"] = json_bytes(tileset)
     if case.files:
         case.files(files)
+    files |= _packet_files(case, Scene(world, states, coarse), files["tileset.json"])
     files["case.json"] = json_bytes(case.description())
     return files

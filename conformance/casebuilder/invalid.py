@@ -12,6 +12,7 @@ from casebuilder import (
     invalid_contents,
     invalid_core,
     invalid_deltas,
+    invalid_packets,
     invalid_portals,
     invalid_proofs,
     invalid_states,
@@ -34,6 +35,7 @@ MODULES = (
     levels,
     prism_proofs,
     senses,
+    invalid_packets,
 )
 
 

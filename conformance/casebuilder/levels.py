@@ -26,7 +26,8 @@ def one_level(world: World) -> list[Coarse]:
     return moved(world, RISE)
 
 
-def _every_face(world: World) -> list[Coarse]:
+def faces_for_many(world: World) -> list[Coarse]:
+    """Every content in a coarse level in which a face stands for every face of its object."""
     made = one_level(world)
     for coarse in made:
         owners = [world.face_object[own[0]] for own in coarse.lists]
@@ -50,7 +51,7 @@ def level_cases() -> Iterator[Case]:
         RING,
         "A coarse level in which every face stands for every face of its object.",
         "A reader that takes the map for one of each face to one other.",
-        coarse=_every_face,
+        coarse=faces_for_many,
     )
 
 

@@ -14,6 +14,7 @@ from typing import Any
 from casebuilder.assemble import Case, Json, content_json, entry_object, entry_tileset
 from casebuilder.coarse import map_parts, moved
 from casebuilder.container import dumps, nav_parts
+from casebuilder.packets import KEY, Step
 from casebuilder.proofs import proof_parts
 from casebuilder.state import sector_tables, world_states
 from casebuilder.valid_proofs import in_a_box
@@ -295,6 +296,7 @@ def case_tests(valid: Json, invalid: Json) -> list[Json]:
     for member in ("tileset", "made", "catches"):
         t.bad("", (member,), 5, "")
     t.bad("", ("exitStatus",), 3)
+    t.bad("", ("packets",), "walk.vep", [], [""], [5])
     t.bad("", ("nearMissOf",), "core/version", [], ["CORE"], [5])
     t.bad("", ("requirement",), "core/version")
     t.base = invalid
@@ -307,7 +309,8 @@ def schema_files() -> dict[str, bytes]:
     """Test files by name."""
     tileset, content, nav = _parts(SINGLE)
     certificates, _ = proof_parts(in_a_box(HIDING, [])[0])
-    fits = Case("", SINGLE, "made", "catches", near=("core/version",)).description()
+    walk = {"walk.vep": (Step(0, base=KEY),)}
+    fits = Case("", SINGLE, "made", "catches", near=("core/version",), packets=walk).description()
     fails = Case("", SINGLE, "made", "catches", "core/version").description()
     tests: Iterator[tuple[str, list[Json]]] = iter(
         (

@@ -1,4 +1,4 @@
-"""A sender, a link that loses, doubles, reorders and breaks packets, and a client: the state is right, or none."""
+"""A link that loses, doubles, reorders and breaks packets: the state of the client is right, or none."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SETS = st.dictionaries(
 )
 WORLDS = st.builds(
     World,
-    st.fixed_dictionaries({cell: SETS for cell in CELLS}),
+    st.fixed_dictionaries(dict.fromkeys(CELLS, SETS)),
     st.dictionaries(st.tuples(st.sampled_from(CELLS), st.sampled_from(OBJECTS)), st.integers(0, 2)),
 )
 RETAINED = st.sampled_from((0, 0, 3, 12, 1000))
@@ -109,9 +109,8 @@ class Link(RuleBasedStateMachine):
         self.sender.acknowledge(self.client.holds)
         self.sent.append(self.sender.packet(cell))
         self.client.enter(cell)
-        if not self.client.is_current or self.client.holds != self.named(self.sent[-1]):
-            assert self.take(self.sent[-1]).verdict is not Verdict.REFUSED
-        assert self.client.holds == self.named(self.sent[-1]) or self.client.is_current
+        if not self.client.is_current:
+            assert self.take(self.sent[-1]).verdict is Verdict.APPLIED
         assert self.client.is_current
 
     def take(self, data: bytes) -> Outcome:

@@ -105,11 +105,17 @@ def cases() -> tuple[Case, ...]:
     return tuple(Case(p.parent, json.loads(p.read_text(encoding="utf-8"))) for p in files)
 
 
+def judged(case: Case) -> list[str]:
+    """Requirements that a case is judged by, in the order of the registry."""
+    return [name for name, row in registry().items() if row["class"] != "packet" or "packets" in case.facts]
+
+
 @cache
 def verdict(case: Case) -> Result | None:
     """What the validator says about a case; None when it could not read it."""
+    packets = tuple(case.folder / name for name in case.facts.get("packets", []))
     try:
-        return judge(case.folder / case.facts["tileset"], Settings(rays=RAYS, seed=1, threads=1))
+        return judge(case.folder / case.facts["tileset"], Settings(RAYS, seed=1, threads=1, packets=packets))
     except UnreadableInputError:
         return None
 

@@ -57,6 +57,14 @@ def _parser() -> argparse.ArgumentParser:
         metavar="T",
         help="threads that cast rays (default: all)",
     )
+    parser.add_argument(
+        "--packets",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="judge a sequence of packets for the tileset, too; may be given more than once",
+    )
     parser.add_argument("--list", action="store_true", help="print the requirements and end")
     version = f"tilesnav-validate {__version__}, 3DTILES_nav {SPEC_VERSION}"
     parser.add_argument("--version", action="version", version=version)
@@ -73,7 +81,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return VALID
     if options.tileset is None:
         parser.error("the entry tileset is missing")
-    settings = Settings(rays=options.rays, seed=options.seed, threads=max(1, options.threads))
+    settings = Settings(
+        rays=options.rays,
+        seed=options.seed,
+        threads=max(1, options.threads),
+        packets=tuple(options.packets),
+    )
     return _judge(options.tileset, settings, options.json)
 
 

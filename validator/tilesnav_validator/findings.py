@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 
@@ -28,6 +29,13 @@ class Settings:
     proof_pairs : int
         Most pairs of a leaf and a face of its occluder, and of a use and a target, that are looked at in one
         certificate file; a short file may ask for more than anyone has time for.
+    packets : tuple of Path
+        Sequences of packets to judge as well, each by itself; without them the class packet is not judged.
+    packet_bytes : int
+        Most bytes of states in their canonical form that packets may lead through; a short file may repeat
+        a large state without end.
+    packet_memory : int
+        Most bytes of states that later packets apply to, at once.
     """
 
     rays: int = 1_000_000
@@ -35,6 +43,9 @@ class Settings:
     threads: int = 2
     lod_pairs: int = 4_000_000
     proof_pairs: int = 2**31
+    packets: tuple[Path, ...] = ()
+    packet_bytes: int = 2**36
+    packet_memory: int = 2**31
 
 
 @dataclass(frozen=True)

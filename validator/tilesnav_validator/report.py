@@ -36,8 +36,28 @@ def as_json(result: Result, path: Path) -> dict[str, Any]:
 def _found(result: Result) -> dict[str, Any]:
     """What the search and the certificates brought, as far as there were any."""
     subject = result.subject
-    found = {"search": subject.search, "certificates": subject.proof if "files" in subject.proof else {}}
+    found = {
+        "search": subject.search,
+        "certificates": subject.proof if "files" in subject.proof else {},
+        "packets": _packets(result),
+    }
     return {name: value for name, value in found.items() if value}
+
+
+def _packets(result: Result) -> dict[str, Any]:
+    """Numbers of the packets that were handed in, and of the states that they lead through."""
+    sequences, followed = result.subject.sequences, result.subject.followed
+    if not sequences:
+        return {}
+    return {
+        "files": len(sequences),
+        "packets": sum(len(sequence.packets) for sequence in sequences),
+        "keyFrames": sum(packet.is_key for sequence in sequences for packet in sequence.packets),
+        "bytes": sum(sequence.size for sequence in sequences),
+        "states": followed.states if followed else 0,
+        "stateBytes": followed.bytes if followed else 0,
+        "seconds": round(followed.seconds, 4) if followed else 0.0,
+    }
 
 
 def _tolerances(result: Result) -> dict[str, float]:
@@ -81,6 +101,8 @@ def as_text(result: Result, path: Path) -> Iterator[str]:
         yield result.subject.search["statement"]
     if "files" in result.subject.proof:
         yield _proof(result.subject.proof)
+    if result.subject.sequences:
+        yield _followed(_packets(result))
     seconds = ", ".join(f"{stage} {value:.2f} s" for stage, value in result.seconds.items())
     yield f"time: {seconds}"
     counts = dict.fromkeys(("pass", "proved", "not refuted", "not run", "fail"), 0)
@@ -93,6 +115,12 @@ def as_text(result: Result, path: Path) -> Iterator[str]:
 def _proof(proof: dict[str, Any]) -> str:
     numbers = (f"{proof[name]} {name}" for name in ("files", "certificates", "leaves", "bytes"))
     return f"certificates: {', '.join(numbers)}, checked in {proof['seconds']:.2f} s"
+
+
+def _followed(found: dict[str, Any]) -> str:
+    numbers = (f"{found[name]} {name}" for name in ("files", "packets", "bytes"))
+    states = f"{found['states']} states of {found['stateBytes']} bytes in {found['seconds']:.2f} s"
+    return f"packets: {', '.join(numbers)}, {found['keyFrames']} key frames; followed through {states}"
 
 
 def _verdict(result: Result) -> str:

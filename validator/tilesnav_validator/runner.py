@@ -14,6 +14,7 @@ import numpy as np
 from tilesnav_validator import schemarules, strictjson
 from tilesnav_validator.checks import Registered, certificates, registered
 from tilesnav_validator.checks.conservative import NO_RAYS
+from tilesnav_validator.checks.packets import CLASS as PACKET
 from tilesnav_validator.findings import Finding, Findings, NotRefuted, NotRun, Settings
 from tilesnav_validator.navfile import NavFile
 from tilesnav_validator.registry import REGISTRY, STAGES, Requirement
@@ -97,13 +98,20 @@ def judge(path: Path, settings: Settings) -> Result:
         subject = Subject(path, settings)
         seconds["io"] = time.perf_counter() - started
         run = _Run(subject)
-        for identifier in order():
+        for identifier in _asked_for(settings):
             started = time.perf_counter()
             run.judge(REGISTRY[identifier])
             seconds[REGISTRY[identifier].stage] += time.perf_counter() - started
             _log.debug("%s: %s", identifier, run.done[identifier].verdict)
         run.prove()
-    return Result(subject, [run.done[identifier] for identifier in REGISTRY], seconds)
+    return Result(subject, [run.done[i] for i in REGISTRY if i in run.done], seconds)
+
+
+def _asked_for(settings: Settings) -> list[str]:
+    """Ids in the order in which they are judged: all about the tileset, then packets if there are some."""
+    of_packets = [identifier for identifier in order() if _is_packet(identifier)]
+    of_tileset = [identifier for identifier in order() if identifier not in of_packets]
+    return of_tileset + (of_packets if settings.packets else [])
 
 
 def order() -> list[str]:
@@ -147,9 +155,7 @@ class _Run:
 
     def judge(self, requirement: Requirement) -> None:
         """Find the verdict on a requirement; what it needs has been judged before."""
-        failed = [
-            need for need in _needs(requirement.id, self.checks) if self.done[need].verdict not in _GOOD
-        ]
+        failed = [need for need in self._rests_on(requirement) if self.done[need].verdict not in _GOOD]
         if failed:
             first = next((need for need in failed if self.done[need].verdict == "fail"), failed[0])
             self.done[requirement.id] = Judgement(
@@ -157,6 +163,13 @@ class _Run:
             )
             return
         self.done[requirement.id] = _collect(requirement, self._findings(requirement))
+
+    def _rests_on(self, requirement: Requirement) -> list[str]:
+        """What has to have passed; for packets, all of their tileset that has not been left out."""
+        needs = list(_needs(requirement.id, self.checks))
+        if _is_packet(requirement.id):
+            needs += [i for i, one in self.done.items() if one.verdict == "fail" and not _is_packet(i)]
+        return needs
 
     def _findings(self, requirement: Requirement) -> Findings:
         if requirement.id == "container/json":
@@ -221,6 +234,11 @@ _MEMBERS = {
     "provenance/stated": "provenance",
 }
 """Requirements on one member of the entry object; that it is there is the subject of core/entry-object."""
+
+
+def _is_packet(identifier: str) -> bool:
+    """Whether a requirement is about packets."""
+    return REGISTRY[identifier].conformance_class == PACKET
 
 
 def _collect(requirement: Requirement, findings: Findings) -> Judgement:

@@ -7,15 +7,28 @@ import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_validator import certfile, facemaps, glb, lodjudge, polyhedra, strictjson, tables, tiles
+from tilesnav_validator import (
+    certfile,
+    facemaps,
+    glb,
+    lodjudge,
+    packets,
+    polyhedra,
+    strictjson,
+    tables,
+    tiles,
+)
 from tilesnav_validator.files import FileError, Folder, UriOutsideError, open_file
 from tilesnav_validator.findings import Finding, Settings, UnreadableInputError
 from tilesnav_validator.navfile import NavFile
+
+if TYPE_CHECKING:
+    from tilesnav_validator.packetjudge import Followed
 
 TOLERANCE_IN_STEPS = 2.0**-6
 """Tolerance of geometric tests in grid steps. float64 planes within 2^13 m of the origin are off by less
@@ -77,6 +90,14 @@ class Faces:
         return position_numbers(self.grid)
 
 
+def _sequence(path: Path) -> packets.Sequence:
+    """The packets of a file that is named by whoever asks for a verdict on it."""
+    try:
+        return packets.read(path.name, open_file(path))
+    except FileError as error:
+        raise UnreadableInputError(f"{path}: {error}") from None
+
+
 class Subject:
     """A tileset and what has been read of it.
 
@@ -89,7 +110,7 @@ class Subject:
     Raises
     ------
     UnreadableInputError
-        If the entry tileset cannot be opened or is not a JSON object.
+        If the entry tileset cannot be opened or is not a JSON object, or a file of packets cannot be opened.
     """
 
     def __init__(self, path: Path, settings: Settings) -> None:
@@ -98,9 +119,13 @@ class Subject:
         self.folder = Folder(real.parent)
         self.entry_name = real.name
         try:
-            self.entry = tiles.read_tileset(open_file(real))
+            data = open_file(real)
+            self.entry = tiles.read_tileset(data)
         except (FileError, strictjson.JsonError) as error:
             raise UnreadableInputError(f"{path}: {error}") from None
+        self.map = hashlib.sha256(data).digest()[:8]
+        self.sequences = [_sequence(name) for name in settings.packets]
+        self.followed: Followed | None = None
         self.walk = tiles.walk(self.folder, (real.name,), self.entry)
         self._unsound_cells: set[int] = set()
         self.search: dict[str, Any] = {}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 from tilesnav_ref.packet.change import applies, apply_packet
@@ -10,6 +10,9 @@ from tilesnav_ref.packet.early import EarlyPackets
 from tilesnav_ref.packet.model import Limits, PacketError
 from tilesnav_ref.packet.state import NAME_BYTES, HeldState
 from tilesnav_ref.packet.wire import Packet, read_packet
+
+TRIES = 8
+"""Broken packets that were kept and are found out at a time; so what comes costs a bounded time."""
 
 
 class Verdict(Enum):
@@ -39,7 +42,7 @@ class Outcome:
 class ClientSettings:
     """What a client takes on."""
 
-    limits: Limits = Limits()
+    limits: Limits = field(default_factory=Limits)
     """Faces and objects that it holds at most."""
     early_bytes: int = 1 << 22
     """Bytes of packets that it keeps for later; the oldest go first."""
@@ -58,11 +61,13 @@ class PacketClient:
 
     Notes
     -----
-    The state is always one that the sender has made for the cell that it names: a packet is applied to exactly the
-    state that it is for, and what results is taken over as a whole, where it has the mark that the packet states.
+    The state is always one that the sender has made for the cell that it names: a packet is applied to
+    exactly the state that it is for, and what results is taken over as a whole, where it has the mark that
+    the packet states.
 
-    A client that is told where the vehicle is, by `enter`, does not leave a state for that cell for one of
-    another cell: what leads elsewhere is kept until the vehicle goes there.
+    A client that is told where the vehicle is, by `enter`, leaves a state only for one of that cell; what
+    leads elsewhere is kept until the vehicle goes there, or packets have come that lead on to where it is.
+    A client that is not told follows whatever applies; a key frame that comes late then takes it back.
     """
 
     def __init__(self, map_name: bytes, settings: ClientSettings | None = None) -> None:
@@ -91,7 +96,7 @@ class PacketClient:
 
     @property
     def is_current(self) -> bool:
-        """Whether the state is for the cell that the vehicle is in, or for any where the client was not told."""
+        """Whether there is a state, and for the cell that the vehicle is in where the client was told."""
         return self._state is not None and self._here in (None, self._state.cell)
 
     def receive(self, data: bytes) -> Outcome:
@@ -113,11 +118,7 @@ class PacketClient:
             return Outcome(Verdict.REPEATED, f"cell {packet.cell} is held as the packet leaves it")
         if applies(packet, self._state) and self._may_go(packet.cell):
             return self._take(packet)
-        limit = self._settings.early_bytes
-        if packet.size > limit:
-            return Outcome(Verdict.REFUSED, f"{packet.size} bytes to keep; allowed: {limit} or less")
-        self._early.put(packet)
-        return Outcome(Verdict.KEPT, self._why_kept(packet))
+        return self._keep(packet)
 
     def enter(self, cell: int) -> Outcome:
         """Say where the vehicle is now; packets that were kept and lead there are applied.
@@ -125,15 +126,27 @@ class PacketClient:
         Returns
         -------
         Outcome
-            APPLIED or REPEATED where the state is for the cell; else KEPT, as nothing has come that leads there.
+            APPLIED or REPEATED where the state is for the cell; else KEPT: nothing has come that leads there.
         """
         self._here = cell
         if self._state is not None and self._state.cell == cell:
             return Outcome(Verdict.REPEATED, f"cell {cell} is held")
         applied = self._follow()
-        if self.is_current:
+        if applied:
             return Outcome(Verdict.APPLIED, f"cell {cell} from packets that were kept", applied)
         return Outcome(Verdict.KEPT, f"nothing has come that leads to cell {cell}", applied)
+
+    def _keep(self, packet: Packet) -> Outcome:
+        """Keep a packet that cannot be applied now, and see where that leads."""
+        limit = self._settings.early_bytes
+        if packet.size > limit:
+            return Outcome(Verdict.REFUSED, f"{packet.size} bytes to keep; allowed: {limit} or less")
+        reason = self._why_kept(packet)
+        self._early.put(packet)
+        applied = self._follow()
+        if applied:
+            return Outcome(Verdict.APPLIED, f"cell {self._here} from packets that were kept", applied)
+        return Outcome(Verdict.KEPT, reason)
 
     def _take(self, packet: Packet) -> Outcome:
         try:
@@ -143,24 +156,36 @@ class PacketClient:
         return Outcome(Verdict.APPLIED, f"cell {packet.cell}", 1 + self._follow())
 
     def _follow(self) -> int:
-        """Apply packets that were kept, each once, as far as they lead and the vehicle may go; their number."""
-        applied = 0
-        while (packet := self._early.take(self._state, self._here, self._may_go)) is not None:
-            if self._is_held(packet):
-                continue
+        """Apply packets that were kept, each once, as far as the state may go; their number."""
+        applied, tries = 0, 0
+        while tries < TRIES and (chain := self._chain()):
+            state = self._state
             try:
-                self._state = apply_packet(packet, self._state, self._settings.limits)
+                for packet in chain:
+                    state = apply_packet(packet, state, self._settings.limits)
             except PacketError:
-                continue  # it was broken when it was kept, and is dropped
-            applied += 1
+                self._early.drop(packet)  # it was broken when it was kept
+                tries += 1
+                continue
+            for packet in chain:
+                self._early.drop(packet)
+            self._state = state
+            applied += len(chain)
         return applied
+
+    def _chain(self) -> list[Packet]:
+        """Packets that were kept and may be applied one after the other; none where there are none."""
+        if self._here is not None and not self.is_current:
+            return self._early.path_to(self._here, self.holds)
+        packet = self._early.next_from(self._state, self._here)
+        return [] if packet is None else [packet]
 
     def _is_held(self, packet: Packet) -> bool:
         return (packet.cell, packet.mark) == self.holds
 
     def _may_go(self, cell: int) -> bool:
-        """Whether the state may become one for a cell: not where that leaves the cell that the vehicle is in."""
-        return not self.is_current or self._here in (None, cell)
+        """Whether the state may become one for a cell: where there is one, only for that of the vehicle."""
+        return self._state is None or self._here in (None, cell)
 
     def _why_kept(self, packet: Packet) -> str:
         if applies(packet, self._state):

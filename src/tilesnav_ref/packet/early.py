@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 
 from tilesnav_ref.packet.change import applies
 from tilesnav_ref.packet.state import HeldState
 from tilesnav_ref.packet.wire import Packet
+
+Name = tuple[int, bytes]
+"""Cell and mark of a state."""
 
 
 class EarlyPackets:
@@ -40,33 +42,51 @@ class EarlyPackets:
         self._packets.append(packet)
         self._bytes += packet.size
         while len(self._packets) > self._most_packets or self._bytes > self._most_bytes:
-            self._drop(self._packets[0])
+            self.drop(self._packets[0])
 
-    def take(
-        self, held: HeldState | None, here: int | None, may_go: Callable[[int], bool]
-    ) -> Packet | None:
-        """Take out a packet that applies to what is held and leads to a cell where the state may go.
+    def next_from(self, held: HeldState | None, here: int | None) -> Packet | None:
+        """Latest packet that is no key frame, applies to what is held and leads to a cell (None: to any)."""
+        for packet in reversed(self._packets):
+            if applies(packet, held) and not packet.is_key_frame and here in (None, packet.cell):
+                return packet
+        return None
+
+    def path_to(self, here: int, holds: Name | None) -> list[Packet]:
+        """Return the shortest chain of packets that leads to a cell.
+
+        Parameters
+        ----------
+        here : int
+            The cell.
+        holds : (cell, mark) or None
+            What is held, for another cell.
 
         Returns
         -------
-        Packet or None
-            Of several, one that leads to the cell where the vehicle is comes first, of these one that is no key
-            frame, then the latest. A key frame that leads elsewhere is left.
+        list of Packet
+            Each applies to the state that results from the one before; the first to what is held, or it is
+            a key frame. Only cells and marks have been compared. Empty where there is no chain.
         """
-        found = [
-            packet
-            for packet in self._packets
-            if applies(packet, held)
-            and may_go(packet.cell)
-            and (not packet.is_key_frame or packet.cell == here)
-        ]
-        if not found:
-            return None
-        ranks = [(packet.cell == here, not packet.is_key_frame, place) for place, packet in enumerate(found)]
-        chosen = found[max(ranks)[2]]
-        self._drop(chosen)
-        return chosen
+        leading: dict[Name | None, list[Packet]] = {}
+        for packet in self._packets:
+            before = None if packet.before_cell is None else (packet.before_cell, packet.before_mark)
+            leading.setdefault(before, []).append(packet)
+        # None stands for no state, to which key frames apply; what is held comes first.
+        chains: dict[Name | None, list[Packet]] = {holds: [], None: []}
+        nodes = deque(chains)
+        while nodes:
+            node = nodes.popleft()
+            for packet in reversed(leading.get(node, [])):
+                after = (packet.cell, packet.mark)
+                if after in chains:
+                    continue
+                chains[after] = [*chains[node], packet]
+                if packet.cell == here:
+                    return chains[after]
+                nodes.append(after)
+        return []
 
-    def _drop(self, packet: Packet) -> None:
+    def drop(self, packet: Packet) -> None:
+        """Forget a packet that is kept."""
         self._packets.remove(packet)
         self._bytes -= packet.size

@@ -170,8 +170,8 @@ def _inflated(data: bytes, limits: Limits) -> bytes:
     except zlib.error as error:
         raise PacketError(f"the body is no zlib stream: {error}") from None
     if not stream.eof or len(raw) != stated or stream.unused_data:
-        found = f"{len(raw)} bytes, {'an end' if stream.eof else 'no end'}, {len(stream.unused_data)} behind it"
-        raise PacketError(f"the body inflates to {found}; allowed: exactly {stated} as stated, and nothing else")
+        end = f"an end and {len(stream.unused_data)} bytes behind it" if stream.eof else "no end"
+        raise PacketError(f"the body inflates to {len(raw)} bytes, {end}; allowed: {stated}, and no more")
     return raw
 
 
@@ -204,7 +204,9 @@ def _within(held: ObjectFaces | None, new: ObjectFaces, leave: NDArray[np.uint32
     if len(held.faces) - int(stays.sum()) != len(leave):
         raise PacketError(f"{where}: a face leaves that is not held")
     if not count or not len(leave) + len(new.faces):
-        raise PacketError(f"{where}: {count} faces after {len(leave)} left; allowed: a change that leaves one face")
+        raise PacketError(
+            f"{where}: {count} faces after a change of {len(leave) + len(new.faces)}; allowed: 1, 1"
+        )
     faces = np.concatenate((held.faces[stays], new.faces))
     order = np.argsort(faces, kind="stable")
     faces = faces[order]

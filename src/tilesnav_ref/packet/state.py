@@ -122,7 +122,7 @@ def _check_corners(parts: Sequence[ObjectFaces]) -> None:
     if bad.any():
         raise PacketError(f"a coordinate of {corners[bad][0]} steps; allowed: magnitudes below 2^23")
     if not is_turned(corners).all():
-        raise PacketError("a face that does not begin with its least corner; allowed: the least of its rotations")
+        raise PacketError("corners of a face in another order; allowed: the least of the three rotations")
 
 
 def ascending(numbers: NDArray[np.uint32]) -> bool:

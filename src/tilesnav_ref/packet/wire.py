@@ -99,7 +99,7 @@ def _read_at(data: bytes, place: int) -> tuple[Packet, int]:
         raise PacketError(f"{found}; allowed: flags 0 to 3, codec 0 or 1, zeros")
     is_key_frame = bool(flags & KEY_FRAME)
     if is_key_frame and (before_cell, before_mark) != (NO_CELL, NO_MARK):
-        raise PacketError(f"a key frame that applies to cell {before_cell}; allowed: none, {NO_CELL}, zero mark")
+        raise PacketError(f"a key frame that applies to cell {before_cell}; allowed: {NO_CELL} and mark 0")
     if cell == NO_CELL or (before_cell == NO_CELL and not is_key_frame):
         raise PacketError(f"cell {NO_CELL}; allowed: numbers of cells")
     end = place + HEADER.size + length

@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 from tilesnav_ref.packet.model import ObjectFaces
 from tilesnav_ref.packet.state import NAME_BYTES
 from tilesnav_ref.stream.errors import TilesetError
-from tilesnav_ref.stream.fields import JSON_LIMIT
 from tilesnav_ref.stream.levels import LevelFaces
 from tilesnav_ref.stream.policy import LevelPolicy
 from tilesnav_ref.stream.reader import NavTileset
-from tilesnav_ref.stream.uris import read_bytes
 
 POROUS, ONE_SIDED = 1, 2
 """Bits of the flags of an object."""
@@ -30,8 +28,8 @@ class Delivery:
 
     @cached_property
     def map_name(self) -> bytes:
-        """First 8 bytes of the SHA-256 of the entry tileset file."""
-        return hashlib.sha256(read_bytes(self.tileset.path, JSON_LIMIT)).digest()[:NAME_BYTES]
+        """First 8 bytes of the SHA-256 of the entry tileset file, by which packets name the map."""
+        return hashlib.sha256(self.tileset.path.read_bytes()).digest()[:NAME_BYTES]
 
     def held(self, cell: int, policy: LevelPolicy) -> tuple[ObjectFaces, ...]:
         """Return the faces that a vehicle in a cell has to hold.

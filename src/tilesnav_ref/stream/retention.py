@@ -73,9 +73,9 @@ def retained(required: Parts, held: Parts, last_needed: Mapping[int, int], budge
     Returns
     -------
     tuple of ObjectFaces
-        Every face of `required`, and more faces of the same objects at the same level, and other objects. The
-        objects needed most recently stay; one that does not fit goes, though a smaller one that was needed before
-        it may stay. An object of `required` that is held at another level is not held at both.
+        Every face of `required`, and more faces of the same objects at the same level, and other objects.
+        The objects needed most recently stay; one that does not fit goes, though a smaller one that was
+        needed before it may stay. An object of `required` that is held at another level is not held at both.
     """
     result = {part.object: part for part in required}
     # Objects that the cell calls for were needed later than any other.

@@ -78,13 +78,13 @@ class Sender:
     policy : LevelPolicy
         Which level of an object is wanted in a cell.
     retain : int, optional
-        Faces that the vehicle may hold beyond what a cell calls for at the levels wanted, so that they need not be
-        sent again. With 0, the default, it holds exactly what the cell calls for.
+        Faces that the vehicle may hold beyond what a cell calls for at the levels wanted, so that they need
+        not be sent again. With 0, the default, it holds exactly what the cell calls for.
 
     Notes
     -----
-    Each packet is for the state that the vehicle has last said it holds, by `acknowledge`; until it has, it is
-    a key frame. What is sent is the smaller of a key frame and the change from that state, so no change is
+    Each packet is for the state that the vehicle has last said it holds, by `acknowledge`; until then it is a
+    key frame. What is sent is the smaller of a key frame and the change from that state, so no change is
     larger than the key frame that it saves.
     """
 

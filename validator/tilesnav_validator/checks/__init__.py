@@ -30,6 +30,7 @@ _MODULES = (
     "conservative",
     "certificates",
     "coarse",
+    "packets",
 )
 
 
