@@ -130,9 +130,8 @@ def plain_held(one: NavMap, cell: int, chosen: dict[int, int]) -> Parts:
 
 
 def turned(corners: list[list[int]]) -> list[list[int]]:
-    """The smallest corner first, the others behind it in their order."""
-    first = corners.index(min(corners))
-    return corners[first:] + corners[:first]
+    """The least of the three rotations."""
+    return min(corners[k:] + corners[:k] for k in range(3))
 
 
 def written(folder: Path, one: NavMap) -> NavTileset:

@@ -65,7 +65,7 @@ class LevelFaces:
     offsets: NDArray[np.int64]
     """(K + 1,) first face of every object, and the number of faces."""
     corners: NDArray[np.int32]
-    """(F, 3, 3) in grid steps, nav frame; the lexicographically smallest corner of a face comes first."""
+    """(F, 3, 3) in grid steps, nav frame; of a face the least of the three rotations."""
 
 
 @dataclass(frozen=True)
@@ -183,7 +183,7 @@ def on_grid(corners: NDArray[np.float32], step: float, content: ContentRef) -> N
 
 
 def smallest_first(corners: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Turn the corners of every face until the lexicographically smallest one is first.
+    """Turn the corners of every face until their nine numbers are the lexicographically smallest.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ def smallest_first(corners: NDArray[np.int32]) -> NDArray[np.int32]:
     Returns
     -------
     (F, 3, 3) int32
-        The same cyclic order; of corners that coincide the first one counts.
+        The same cyclic order.
 
     Examples
     --------
@@ -209,5 +209,9 @@ def smallest_first(corners: NDArray[np.int32]) -> NDArray[np.int32]:
         a, b = key[rows, first], key[:, other]
         less = (b < a) | ((b == a) & (last[:, other] < last[rows, first]))
         first[less] = other
+    # Of two least corners that coincide the one counts that the other follows.
+    same = (key[:, 0] == key[:, 2]) & (last[:, 0] == last[:, 2])
+    all_same = same & (key[:, 0] == key[:, 1]) & (last[:, 0] == last[:, 1])
+    first[same & ~all_same & (first == 0)] = 2
     turned = (first[:, None] + np.arange(3)) % 3
     return np.asarray(corners[rows[:, None], turned], dtype=np.int32)
