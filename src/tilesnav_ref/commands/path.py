@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
@@ -103,11 +104,12 @@ def _figures(path: Path, result: PathResult, settings: PathSettings) -> Figures:
             "passages": [[one.cell, one.begin, one.end] for one in route.passages],
         },
         "packets": {name: _drive(one, route.length) for name, one in result.drives.items()},
-        "packets_dropping_nothing": {name: _drive(one, route.length) for name, one in result.keeping.items()},
+        "packets_keeping_all": {name: _drive(one, route.length) for name, one in result.keeping.items()},
         "rivals": [
             {
                 "name": rival.name,
                 "title": rival.title,
+                "memory": rival.memory,
                 "coded": _series(rival.coded, route.length),
                 "files": None if rival.files is None else _series(rival.files, route.length),
             }
@@ -162,32 +164,39 @@ def _heading(found: Figures) -> str:
 
 
 def _bandwidths(found: Figures) -> Table:
-    table = Table(title="what a vehicle receives; kB are 1000 bytes, means are without the start")
-    table.add_column("way")
-    for column in ("start kB", "mean kB/s", "peak kB/s", "all kB", "B/m", "faces held", ".glb kB/s"):
+    """Means and peaks are without the start; a vehicle holds what it needs there, or all that it ever got."""
+    table = _table("what a vehicle receives (kB are 1000 bytes; mean, peak and B/m without the start)")
+    for column in ("way", "holds"):
+        table.add_column(column)
+    for column in ("start kB", "mean kB/s", "peak kB/s", "B/m", "all kB", "faces held", ".glb all kB"):
         table.add_column(column, justify="right")
     retained = found["settings"]["retain"]
-    words = f"retains {retained:,} faces" if retained else "drops the rest"
+    needed = f"needed + {retained:,}" if retained else "needed"
     for name, one in found["packets"].items():
-        table.add_row(f"packets, {name}, {words}", *_row(one["summary"]), "")
-    for name, one in found["packets_dropping_nothing"].items():
-        table.add_row(f"packets, {name}, drops nothing", *_row(one["summary"]), "")
+        table.add_row(f"packets, {name}", needed, *_row(one["summary"]), "")
+    for name, one in found["packets_keeping_all"].items():
+        table.add_row(f"packets, {name}", "all", *_row(one["summary"]), "")
     table.add_section()
     for rival in found["rivals"]:
-        files = "" if rival["files"] is None else f"{rival['files']['summary']['mean_kB_s']:,.1f}"
-        table.add_row(rival["title"], *_row(rival["coded"]["summary"]), files)
+        files = "" if rival["files"] is None else f"{rival['files']['summary']['total_kB']:,.0f}"
+        table.add_row(rival["title"], rival["memory"], *_row(rival["coded"]["summary"]), files)
     return table
 
 
 def _row(summary: Figures) -> list[str]:
-    kilo = [f"{summary[key]:,.1f}" for key in ("first_kB", "mean_kB_s", "peak_kB_s", "total_kB")]
-    return [*kilo, f"{summary['bytes_per_metre']:,.0f}", f"{summary['mean_faces_held']:,.0f}"]
+    start, mean, peak = (f"{summary[key]:,.1f}" for key in ("first_kB", "mean_kB_s", "peak_kB_s"))
+    per_metre, total = f"{summary['bytes_per_metre']:,.0f}", f"{summary['total_kB']:,.0f}"
+    return [start, mean, peak, per_metre, total, f"{summary['mean_faces_held']:,.0f}"]
+
+
+def _table(title: str) -> Table:
+    return Table(title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
 
 
 def _packets(drives: Figures) -> Table:
-    table = Table(title="packets")
+    table = _table("packets of a vehicle that holds what it needs")
     table.add_column("lod")
-    columns = ("packets", "key frames", "B a new face, start", "later", "apply ms, median", "95 %", "make ms")
+    columns = ("packets", "key frames", "start, B/new face", "later", "apply ms, median", "95 %", "make ms")
     for column in columns:
         table.add_column(column, justify="right")
     for name, one in drives.items():

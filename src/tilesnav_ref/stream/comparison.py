@@ -47,6 +47,8 @@ class Rival:
 
     name: str
     title: str
+    memory: str
+    """What the client holds."""
     coded: Series
     """With the geometry codec of packets, contents without header."""
     files: Series | None
@@ -124,6 +126,7 @@ class _Comparison:
         to_tileset = self.tileset.tileset_from_nav
         in_tileset = points @ to_tileset[:3, :3].T + to_tileset[:3, 3]
         screen, reach = self.settings.screen, self.settings.sensor_range
+        pixels = screen.maximum_error
         tiles, objects = read_tiles(self.tileset.path), object_tree(self.tileset)
 
         def by_screen(tree: TileTree, point: Points) -> list[int]:
@@ -132,9 +135,9 @@ class _Comparison:
         def by_range(tree: TileTree, point: Points) -> list[int]:
             return range_selection(tree, point, reach)
 
-        yield from self._both("tiles", "3D Tiles by screen-space error", (tiles, in_tileset), by_screen)
-        yield from self._both("objects", "the same, one tile an object", (objects, points), by_screen)
-        yield from self._both("range", f"all objects within {reach:g} m, finest", (objects, points), by_range)
+        yield from self._both("tiles", f"tiles, {pixels:g} px", (tiles, in_tileset), by_screen)
+        yield from self._both("objects", f"a tile an object, {pixels:g} px", (objects, points), by_screen)
+        yield from self._both("range", f"all within {reach:g} m, finest", (objects, points), by_range)
 
     def _both(
         self,
@@ -145,11 +148,11 @@ class _Comparison:
     ) -> Iterator[Rival]:
         tree, points = seen
         selections = [select(tree, point) for point in points]
-        for forgets, ending, words in ((True, "drop", "drops the rest"), (False, "keep", "drops nothing")):
+        for forgets, ending, words in ((True, "drop", "needed"), (False, "keep", "all")):
             loads = follow(tree, selections, forgets)
             coded = self._series(loads, self.sizes.coded)
             files = self._series(loads, self.sizes.file) if name == "tiles" else None
-            yield Rival(f"{name}-{ending}", f"{title}, {words}", coded, files)
+            yield Rival(f"{name}-{ending}", title, words, coded, files)
 
     def _series(self, loads: Loads, size: Callable[[TileContent], int]) -> Series:
         return Series(

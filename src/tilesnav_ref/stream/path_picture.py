@@ -31,8 +31,6 @@ FACES_DRAWN = 40_000
 """Of more faces than this the largest are drawn; the others would be smaller than a dot."""
 MARGIN = 15.0
 """m of the map around the route."""
-NEVER = 0.01
-"""kB; what is less is drawn here where the scale is logarithmic."""
 
 
 def draw(tileset: NavTileset, result: PathResult, path: Path, title: str) -> None:
@@ -72,7 +70,7 @@ def _data(axes: Any, result: PathResult) -> None:
         axes.plot(times, driven.series.received(times) / 1e3, color=COLOURS[name], label=name)
     axes.set_title("data received, the start included")
     axes.set_ylabel("kB")
-    _finish(axes)
+    _finish(axes, result)
 
 
 def _bandwidth(axes: Any, result: PathResult) -> None:
@@ -83,37 +81,39 @@ def _bandwidth(axes: Any, result: PathResult) -> None:
         axes.axhline(series.mean / 1e3, color=COLOURS[name], linestyle=":", label=label)
     axes.set_title(f"bandwidth after the start, in windows of {WINDOW:g} s")
     axes.set_ylabel("kB/s")
-    _finish(axes, columns=max(1, len(result.drives)))
+    axes.set_ylim(top=1.22 * axes.get_ylim()[1])
+    _finish(axes, result, place="upper center", columns=max(1, len(result.drives)))
 
 
 def _comparison(axes: Any, result: PathResult) -> None:
-    """Data after the start; the scale is logarithmic."""
     for rival in result.rivals:
         kind, _, memory = rival.name.partition("-")
         dashes = "-" if memory == "drop" else "--"
-        _after_start(axes, rival.coded, color=RIVALS[kind], linestyle=dashes, label=rival.title)
+        _all_data(axes, rival.coded, color=RIVALS[kind], linestyle=dashes, label=f"{rival.title}, holds {rival.memory}")
     for name in ("fine", "auto"):
         if name in result.drives:
             series = result.drives[name].series
-            _after_start(axes, series, color=COLOURS[name], linestyle="-", label=f"packets, {name}")
+            _all_data(axes, series, color=COLOURS[name], linestyle="-", label=f"packets, {name}, holds needed")
             kept = result.keeping[name].series
-            label = f"packets, {name}, drops nothing"
-            _after_start(axes, kept, color=COLOURS[name], linestyle="--", label=label)
-    axes.set_title("data received after the start, beside other ways of streaming; same codec")
+            label = f"packets, {name}, holds all"
+            _all_data(axes, kept, color=COLOURS[name], linestyle="--", label=label)
+    axes.set_title("data received, the start included, beside other ways of streaming (same codec)")
     axes.set_ylabel("kB")
     axes.set_yscale("log")
-    axes.set_ylim(bottom=0.3)
-    _finish(axes, place="lower right", size=7)
+    low, high = axes.get_ylim()
+    # The lower part is for the legend.
+    axes.set_ylim(low**2 / high, high)
+    _finish(axes, result, place="lower right", columns=2, size=7)
 
 
-def _after_start(axes: Any, series: Series, **style: Any) -> None:
+def _all_data(axes: Any, series: Series, **style: Any) -> None:
     times = _times(series)
-    axes.plot(times, np.maximum((series.received(times) - series.first) / 1e3, NEVER), linewidth=1.3, **style)
+    axes.plot(times, series.received(times) / 1e3, linewidth=1.3, **style)
 
 
-def _finish(axes: Any, place: str = "best", columns: int = 1, size: int = 8) -> None:
+def _finish(axes: Any, result: PathResult, place: str = "best", columns: int = 1, size: int = 8) -> None:
     axes.set_xlabel("time, s")
-    axes.set_xlim(left=0.0)
+    axes.set_xlim(0.0, next(iter(result.drives.values())).series.duration)
     if axes.get_yscale() == "linear":
         axes.set_ylim(bottom=0.0)
     axes.grid(visible=True, linewidth=0.4, alpha=0.6)

@@ -2,13 +2,17 @@
 
 Notes
 -----
-Both go through portals that stand upright, along the level line of each at one height, and visit four stops. In
-the largest connected part of these portals, the first stop is the one farthest (along the portals) from the one nearest to
-its middle, the second the one farthest from the first, and each next the one farthest from all before. They are
-visited in this order. Ties go to the portal of the smallest number; so the same tileset has the same routes.
+Both go through portals that stand upright, along the level line of each at one height, and visit four stops. The
+portals lie among houses: there is a roof within 60 m in each quarter of the compass (where this leaves none, all
+portals at that height count). In the largest connected part of them, the first stop is the one farthest (along the
+portals) from the one nearest to its middle, the second the one farthest from the first, and each next the one
+farthest from all before. They are visited in this order. Ties go to the portal of the smallest number; so the same
+tileset has the same routes.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +36,10 @@ ROOF_SHARE = 0.75
 """Share of the area of roofs that lies below the route over the roofs."""
 ROOF_LEAST = 2.5
 """m over the lowest face; what lies level below this is no roof."""
+AROUND = 60.0
+"""m; roofs of a street or a square are nearer, and those across a river or a park are not."""
+BIN = 4.0
+"""m; of roof points within a square of this size one counts."""
 LEVEL = 0.5
 """Least upward part of the normal of a roof: up to 60 degrees."""
 
@@ -44,36 +52,69 @@ def stock_route(tileset: NavTileset, gates: Gates, name: str) -> Route:
     RouteError
         When there are fewer than two portals to pass at that height.
     """
+    roofs = find_roofs(tileset)
     gate_low = np.minimum.reduceat(gates.vertices[:, 2], gates.offsets[:-1]) if gates.count else np.zeros(0)
     if name == "roof":
-        heights = np.full(gates.count, roof_height(tileset))
-        kept, lines = level_lines(gates, heights)
+        kept, lines = level_lines(gates, np.full(gates.count, roof_height(roofs)))
     else:
         kept, lines = level_lines(gates, gate_low + RIDE)
         near = _near_ground(gates.middles[:, :2], gate_low, kept)
         kept, lines = kept[near], lines[near]
-    narrow = gates.select(kept, lines)
-    return _tour(narrow, name)
+    among = _among(roofs, gates.middles[kept, :2])
+    if among.any():
+        kept, lines = kept[among], lines[among]
+    return _tour(gates.select(kept, lines), name)
 
 
-def roof_height(tileset: NavTileset) -> float:
+@dataclass(frozen=True)
+class Roofs:
+    """Faces that are not steep, and higher than 2.5 m above the lowest point of all."""
+
+    middles: NDArray[np.float64]
+    """(F, 3) m, nav frame."""
+    areas: NDArray[np.float64]
+    """(F,) m2."""
+    plan: NDArray[np.float64]
+    """(K, 2) corners and middles as seen from above, one in each square of 4 m."""
+
+
+def find_roofs(tileset: NavTileset) -> Roofs:
+    """Find the roofs among the faces of level 0."""
+    corners = tileset.finest.corners * np.float64(tileset.step)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+    areas, middles = np.linalg.norm(normals, axis=1), corners.mean(axis=1)
+    high = middles[:, 2] > corners[:, :, 2].min(initial=np.inf) + ROOF_LEAST
+    chosen = high & (np.abs(normals[:, 2]) > LEVEL * areas)
+    points = np.concatenate((corners[chosen].reshape(-1, 3), middles[chosen]))[:, :2]
+    _, one_each = np.unique(np.floor(points / BIN), axis=0, return_index=True)
+    return Roofs(middles[chosen], areas[chosen], points[one_each])
+
+
+def roof_height(roofs: Roofs) -> float:
     """Height z that three quarters of the area of the roofs lie below, m.
 
     Raises
     ------
     RouteError
-        When nothing level lies higher than 2.5 m above the lowest face.
+        When there are no roofs.
     """
-    corners = np.concatenate([tileset.corners(k) for k in range(len(tileset.contents))]).astype(np.float64)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
-    areas, heights = np.linalg.norm(normals, axis=1), corners[:, :, 2].mean(axis=1)
-    roofs = (np.abs(normals[:, 2]) > LEVEL * areas) & (heights > corners[:, :, 2].min() + ROOF_LEAST)
-    if not roofs.any():
+    if len(roofs.areas) == 0:
         raise RouteError("route roof: found no roof; allowed: way points, or the route ground")
-    order = np.argsort(heights[roofs], kind="stable")
-    below = np.cumsum(areas[roofs][order])
+    order = np.argsort(roofs.middles[:, 2], kind="stable")
+    below = np.cumsum(roofs.areas[order])
     place = int(np.searchsorted(below, ROOF_SHARE * below[-1]))
-    return float(heights[roofs][order][min(place, len(order) - 1)])
+    return float(roofs.middles[order[min(place, len(order) - 1)], 2])
+
+
+def _among(roofs: Roofs, plan: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether places (G, 2) have a roof near by in each quarter of the compass."""
+    if len(roofs.plan) == 0 or len(plan) == 0:
+        return np.zeros(len(plan), np.bool_)
+    near = cKDTree(roofs.plan).query_ball_point(plan, AROUND)
+    quarters = [
+        np.unique((roofs.plan[found] > place) @ np.array((1, 2))) for place, found in zip(plan, near, strict=True)
+    ]
+    return np.array([len(one) == 4 for one in quarters])
 
 
 def level_lines(
