@@ -62,9 +62,9 @@ class Drive:
     new_faces: NDArray[np.int64]
     """(S,) faces held after a packet that were not held before it."""
     apply_seconds: NDArray[np.float64]
-    """(S,) time that the client took for each packet."""
+    """(S,) processor time that the client took for each packet."""
     make_seconds: NDArray[np.float64]
-    """(S,) time that the sender took."""
+    """(S,) processor time that the sender took."""
     packets: tuple[bytes, ...]
 
 
@@ -95,14 +95,14 @@ def drive(delivery: Delivery, route: Route, settings: DriveSettings) -> Drive:
     rows: list[tuple[float, ...]] = []
     for passage in route.passages:
         held = client.state.parts if client.state else ()
-        times = [time.perf_counter()]
+        times = [time.thread_time()]
         packet = sender.packet(passage.cell)
         if not packets:
             _client(delivery).receive(packet)
-            times = [time.perf_counter()]
-        times.append(time.perf_counter())
+            times = [time.thread_time()]
+        times.append(time.thread_time())
         outcome = client.receive(packet)
-        times.append(time.perf_counter())
+        times.append(time.thread_time())
         state = client.state
         if outcome.verdict is not Verdict.APPLIED or state is None:
             raise PacketError(f"packet to cell {passage.cell}: {outcome.verdict.value}: {outcome.reason}")
