@@ -9,7 +9,7 @@ from tilesnav_ref.packet.state import HeldState, Parts, check_parts, face_count
 from tilesnav_ref.packet.wire import CODED, NO_MARK, PLAIN, Packet
 
 PLAIN_TRIED = 64
-"""Faces by which a state may grow for the plain codec to be tried: beyond that it has never been the smaller."""
+"""Faces by which a state may grow for the plain codec to be tried: beyond that it is never the smaller."""
 
 
 def make_packet(before: HeldState | None, after: HeldState) -> Packet:

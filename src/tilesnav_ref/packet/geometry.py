@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -143,7 +144,7 @@ def _check(part: ObjectFaces) -> None:
 
 def _check_objects(parts: Sequence[ObjectFaces]) -> None:
     numbers = [part.object for part in parts]
-    if any(b <= a for a, b in zip(numbers, numbers[1:], strict=False)):
+    if any(b <= a for a, b in itertools.pairwise(numbers)):
         raise PacketError(f"objects {numbers}; allowed: ascending")
 
 

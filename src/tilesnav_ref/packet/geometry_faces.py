@@ -196,7 +196,7 @@ def waiting_edge(entering, sent, mesh, edge):
     places = mesh[1]
     u = find_vertex(entering, places[a, 0], places[a, 1], places[a, 2])[1]
     v = find_vertex(entering, places[b, 0], places[b, 1], places[b, 2])[1]
-    if u == NONE or v == NONE:
+    if NONE in (u, v):
         return NONE
     e = entering[5][v, 0]
     while e != NONE:

@@ -92,8 +92,8 @@ def find_edge(mesh, a, b):
 def put_face(mesh, face):
     """Put a face in; a directed edge that is there already is known by its latest face."""
     a, b, c = face
-    for k in range(3):
-        slot, before = find_edge(mesh, a, b)
+    for _k in range(3):
+        slot, _before = find_edge(mesh, a, b)
         e = mesh[0][EDGES]
         mesh[0][EDGES] = e + 1
         mesh[3][e, 0] = a
