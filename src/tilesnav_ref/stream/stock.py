@@ -3,12 +3,13 @@
 Notes
 -----
 Both go through portals that stand upright, along the level line of each at one height: the height z that
-three quarters of the area of the roofs lie below, or 1.5 m over the lower border of portals near the ground. They
-visit four stops in the largest part that these portals connect. Stops lie among houses: there is a roof
-within 60 m in each quarter of the compass (all portals of the part count where this leaves fewer than two). The
-first stop is the one farthest, along the portals, from the one nearest to the middle, the second the one
-farthest from the first, and each next the one farthest from all before. They are visited in this order. Ties
-go to the portal of the smallest number; so the same tileset has the same routes.
+three quarters of the area of the roofs lie below, or 1.5 m over the lower border of portals near the
+ground. They visit four stops in the largest part that these portals connect. Stops lie among houses:
+there is a roof within 60 m in each quarter of the compass (all portals of the part count where this
+leaves fewer than two). The first stop is the one farthest, along the portals, from the one nearest to the
+middle, the second the one farthest from the first, and each next the one farthest from all before. They
+are visited in this order. Ties go to the portal of the smallest number; so the same tileset has the same
+routes.
 """
 
 from __future__ import annotations
