@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from tilesnav_ref.kernels import kernel
-from tilesnav_ref.packet.coder import FAILED, NUMBER_CONTEXTS, READING, code_bit, code_even, code_signed
+from tilesnav_ref.packet.coder import FAILED, NUMBER_CONTEXTS, READING, code_bit, code_number, code_signed
 from tilesnav_ref.packet.geometry_mesh import (
     EDGES,
     LIMIT,
@@ -34,9 +34,11 @@ CHOICE = EXISTS + 36
 """First context of whether a candidate is the third vertex: 32 masks x 3."""
 POINT_CONTEXTS = 72 + 3 * (NUMBER_CONTEXTS + 1)
 """For a place: 3 axes x 6 x 4 of what it equals, 3 axes of differences."""
-THIRD = CHOICE + 96
-FIRST = THIRD + POINT_CONTEXTS
-CONTEXTS = FIRST + 2 * (POINT_CONTEXTS + 1)
+VERTEX_CONTEXTS = 1 + NUMBER_CONTEXTS + POINT_CONTEXTS
+"""For a vertex: known or not, its number, its place."""
+VERTEX = CHOICE + 96
+"""First context of the first, the second and the third vertex of a face."""
+CONTEXTS = VERTEX + 3 * VERTEX_CONTEXTS
 CANDIDATES = 6
 """Candidates for a third vertex at most."""
 INSPECTED = 8
@@ -153,40 +155,31 @@ def code_point(coder, first, references, count, point):
 
 
 @kernel
-def code_third(coder, mesh, scratch, count):
-    """Code the third vertex of a face: one of the candidates, else by its place; returns it."""
-    candidates, masks, references, point = scratch
-    chosen = False
-    for k in range(masks[CANDIDATES]):
-        same = point[0] == candidates[k, 0] and point[1] == candidates[k, 1] and point[2] == candidates[k, 2]
-        if code_bit(coder, CHOICE + masks[k] * 3 + min(k, 2), 1 if same else 0):
-            copy_place(point, candidates[k])
-            chosen = True
-            break
-    if not chosen:
-        code_point(coder, THIRD, references, count, point)
-    return put_vertex(mesh, point[0], point[1], point[2])
-
-
-@kernel
-def code_anew(coder, mesh, scratch, k):
-    """Code vertex `k` (0 or 1) of a face that shares no edge: by its number, else by its place; returns it."""
+def code_vertex(coder, mesh, scratch, first, count):
+    """Code a vertex: a known one by how many are newer, else a new one by its place; returns it."""
     references, point = scratch[2], scratch[3]
-    first = FIRST + k * (POINT_CONTEXTS + 1)
     vertices = mesh[0][VERTICES]
     if vertices:
         v = find_vertex(mesh, point[0], point[1], point[2])[1]
         if code_bit(coder, first, 1 if v != NONE else 0):
-            width = 0
-            while (vertices - 1) >> width:
-                width += 1
-            v = vertices - 1 - code_even(coder, width, vertices - 1 - v)
+            v = vertices - 1 - code_number(coder, first + 1, vertices - 1 - v)
             if v < 0:
                 coder[0][FAILED] = 1
                 v = 0
             return v
-    code_point(coder, first + 1, references, 3, point)
+    code_point(coder, first + 1 + NUMBER_CONTEXTS, references, count, point)
     return put_vertex(mesh, point[0], point[1], point[2])
+
+
+@kernel
+def code_third(coder, mesh, scratch, count):
+    """Code the third vertex of a face: one of the candidates, else any; returns it."""
+    candidates, masks, _references, point = scratch
+    for k in range(masks[CANDIDATES]):
+        same = point[0] == candidates[k, 0] and point[1] == candidates[k, 1] and point[2] == candidates[k, 2]
+        if code_bit(coder, CHOICE + masks[k] * 3 + min(k, 2), 1 if same else 0):
+            return put_vertex(mesh, candidates[k, 0], candidates[k, 1], candidates[k, 2])
+    return code_vertex(coder, mesh, scratch, VERTEX + 2 * VERTEX_CONTEXTS, count)
 
 
 @kernel
@@ -232,13 +225,13 @@ def begin_anew(coder, mesh, memory, scratch, source):
     writing = not coder[0][READING]
     if writing:
         copy_place(point, entering[1][entering[3][e, 0]])
-    a = code_anew(coder, mesh, scratch, 0)
+    a = code_vertex(coder, mesh, scratch, VERTEX, 3)
     copy_place(references[2], references[1])
     copy_place(references[1], references[0])
     copy_place(references[0], mesh[1][a])
     if writing:
         copy_place(point, entering[1][entering[3][e, 1]])
-    b = code_anew(coder, mesh, scratch, 1)
+    b = code_vertex(coder, mesh, scratch, VERTEX + VERTEX_CONTEXTS, 3)
     copy_place(references[2], references[1])
     copy_place(references[1], references[0])
     copy_place(references[0], mesh[1][b])
@@ -297,9 +290,8 @@ def code_faces(coder, mesh, memory, scratch, source):
             a, b, c = mesh[3][gate, 0], mesh[3][gate, 1], mesh[3][gate, 2]
             if find_edge(mesh, b, a)[1] != NONE:
                 continue
-            context = (
-                find_candidates(mesh, memory, scratch, (a, b), c) * 4 + (2 if gate < held else 0) + recent
-            )
+            context = find_candidates(mesh, memory, scratch, (a, b), c) * 4 + recent
+            context += 2 if gate < held else 0
             if writing:
                 e = waiting_edge(entering, sent, mesh, (a, b))
             recent = code_bit(coder, EXISTS + context, 1 if e != NONE else 0)
