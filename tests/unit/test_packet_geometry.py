@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tilesnav_ref.packet.geometry import canonical, decode_body, encode_body
+from tilesnav_ref.packet.geometry import decode_body, encode_body
+from tilesnav_ref.packet.geometry_order import canonical
 from tilesnav_ref.packet.model import Limits, ObjectFaces, PacketError
 
 LIMIT = 1 << 23
@@ -55,7 +56,9 @@ def test_every_kind_of_change_comes_out_again() -> None:
 @st.composite
 def soups(draw: st.DrawFn) -> tuple[ObjectFaces, ...]:
     """Objects of random faces, many of which share corners, are degenerate or lie at the rim of the grid."""
-    value = st.one_of(st.integers(-3, 3), st.sampled_from((-LIMIT + 1, LIMIT - 1)), st.integers(-LIMIT + 1, LIMIT - 1))
+    value = st.one_of(
+        st.integers(-3, 3), st.sampled_from((-LIMIT + 1, LIMIT - 1)), st.integers(-LIMIT + 1, LIMIT - 1)
+    )
     places = draw(st.lists(st.tuples(value, value, value), min_size=1, max_size=8))
     found = []
     for number in sorted(draw(st.sets(st.integers(0, 5), max_size=3))):
@@ -66,7 +69,9 @@ def soups(draw: st.DrawFn) -> tuple[ObjectFaces, ...]:
     return tuple(found)
 
 
-def with_same_corners(before: tuple[ObjectFaces, ...], after: tuple[ObjectFaces, ...]) -> tuple[ObjectFaces, ...]:
+def with_same_corners(
+    before: tuple[ObjectFaces, ...], after: tuple[ObjectFaces, ...]
+) -> tuple[ObjectFaces, ...]:
     """`after` with the corners that `before` has for faces in both."""
     held = {(p.object, p.level, p.flags): dict(zip(p.faces.tolist(), p.corners, strict=True)) for p in before}
     parts = []
@@ -99,7 +104,9 @@ def test_random_bytes_are_refused_or_are_a_body(data: bytes) -> None:
     except PacketError:
         return
     assert len(found) <= 50
-    assert all(np.all(np.abs(p.corners) < LIMIT) and np.all(np.diff(p.faces.astype(np.int64)) > 0) for p in found)
+    assert all(
+        np.all(np.abs(p.corners) < LIMIT) and np.all(np.diff(p.faces.astype(np.int64)) > 0) for p in found
+    )
 
 
 def test_limits_are_kept() -> None:
@@ -113,7 +120,10 @@ def test_limits_are_kept() -> None:
 @pytest.mark.parametrize(
     ("bad", "message"),
     [
-        (ObjectFaces(1 << 24, 0, 0, np.zeros(0, np.uint32), np.zeros((0, 3, 3), np.int32)), "object 16777216"),
+        (
+            ObjectFaces(1 << 24, 0, 0, np.zeros(0, np.uint32), np.zeros((0, 3, 3), np.int32)),
+            "object 16777216",
+        ),
         (part(1, [3, 3], np.zeros((2, 3, 3))), "ascending"),
         (part(1, [1 << 24], np.zeros((1, 3, 3))), "face numbers"),
         (part(1, [3], np.full((1, 3, 3), LIMIT)), "coordinates"),
