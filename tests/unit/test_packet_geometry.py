@@ -89,6 +89,36 @@ def test_random_soups_come_out_again(before: tuple[ObjectFaces, ...], after: tup
     assert listed(decode_body(encode_body(before, after), before)) == listed(after)
 
 
+def test_a_body_larger_than_was_thought_comes_out_again() -> None:
+    generator = np.random.default_rng(3)
+    far = generator.integers(1 - LIMIT, LIMIT, (400, 3, 3))
+    body = (part(3, list(range(0, 4000, 10)), far),)
+    data = encode_body((), body)
+    assert len(data) > 4096 + 16 * 400
+    assert listed(decode_body(data, ())) == listed(body)
+
+
+@pytest.mark.parametrize("before", [(), BEFORE], ids=["key frame", "change"])
+def test_every_truncation_and_every_extension_is_refused(before: tuple[ObjectFaces, ...]) -> None:
+    data = encode_body(before, AFTER)
+    for length in range(len(data)):
+        with pytest.raises(PacketError):
+            decode_body(data[:length], before)
+    for more in (b"\0", b"\xff", b"\0" * 9):
+        with pytest.raises(PacketError):
+            decode_body(data + more, before)
+
+
+def test_other_corners_for_a_held_face_are_refused() -> None:
+    held, other = part(1, [3], box(0, 0, 0)[:1]), part(1, [3], box(1, 0, 0)[:1])
+    with pytest.raises(PacketError, match="object 1: a face has other corners"):
+        encode_body((held,), (other,))
+
+
+def test_equal_input_gives_equal_bytes() -> None:
+    assert encode_body(BEFORE, AFTER) == encode_body(tuple(BEFORE), tuple(AFTER))
+
+
 def test_nothing_to_nothing_is_short() -> None:
     data = encode_body((), ())
     assert len(data) <= 2
