@@ -109,7 +109,7 @@ def _comparison(axes: Any, result: PathResult) -> None:
             kept = result.keeping[name].series
             label = f"packets, {name}, holds all"
             _all_data(axes, kept, color=COLOURS[name], linestyle="--", label=label)
-    axes.set_title("data received, the start included, beside other ways of streaming (same codec but for .glb)")
+    axes.set_title("data received, the start included; others with the same codec, or as .glb files")
     axes.set_ylabel("kB")
     axes.set_yscale("log")
     low, high = axes.get_ylim()
