@@ -139,7 +139,8 @@ def _map(axes: Any, tileset: NavTileset, result: PathResult) -> None:
     low, high = points[:, :2].min(axis=0) - MARGIN, points[:, :2].max(axis=0) + MARGIN
     faces, greys = _plan_of_faces(tileset, low, high)
     axes.add_collection(PolyCollection(list(faces), facecolors=greys, edgecolors="none", rasterized=True))
-    outlines = [one for one in (footprint(tileset, cell) for cell in _passed(result)) if len(one)]
+    planes = places_of(tileset).planes
+    outlines = [one for one in (footprint(planes[cell]) for cell in _passed(result)) if len(one)]
     axes.add_collection(
         PolyCollection(
             outlines, facecolors=(0.2, 0.45, 0.8, 0.10), edgecolors=(0.1, 0.3, 0.7, 0.6), linewidths=0.5
@@ -190,9 +191,15 @@ def _plan_of_faces(
     return plan[shown[order]], np.repeat((0.95 - 0.45 * share)[:, None], 3, axis=1)
 
 
-def footprint(tileset: NavTileset, cell: int) -> NDArray[np.float64]:
-    """(K, 2) corners around a cell as seen from above; none where its planes bound nothing."""
-    planes = places_of(tileset).planes[cell]
+def footprint(planes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(K, 2) corners around a cell (6, 4) as seen from above; none where its planes bound nothing.
+
+    Examples
+    --------
+    >>> cube = np.concatenate((np.eye(3), -np.eye(3)))
+    >>> sorted(footprint(np.column_stack((cube, np.full(6, -1.0)))).tolist())
+    [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]]
+    """
     corners = []
     for chosen in combinations(range(6), 3):
         rows = planes[list(chosen)]
