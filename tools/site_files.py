@@ -20,6 +20,7 @@ PAGES: dict[str, tuple[str, ...]] = {
     "Specification": ("spec/README.md", "spec/*.md"),
     "Visibility, proved": ("docs/visibility.md",),
     "Encoder": ("docs/encoder.md",),
+    "Bandwidth along a route": ("docs/path.md",),
     "Packets": ("docs/packets.md",),
     "Validator": ("validator/README.md",),
     "Conformance": ("conformance/README.md",),

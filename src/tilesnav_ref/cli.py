@@ -24,20 +24,23 @@ from tilesnav_ref.commands.arguments import (
 )
 from tilesnav_ref.commands.cells import cell_figures, print_cells
 from tilesnav_ref.commands.info import print_figures
+from tilesnav_ref.commands.path import path_figures, print_path
+from tilesnav_ref.commands.path_arguments import path_settings
 from tilesnav_ref.commands.progress import stage_lines
 from tilesnav_ref.commands.sample import write_sample
 from tilesnav_ref.commands.signals import Stopped, StopRequest, stop_on_signals
 from tilesnav_ref.encode import encode
+from tilesnav_ref.packet.model import PacketError
 from tilesnav_ref.scene import SceneError
-from tilesnav_ref.stream.errors import TilesetError
+from tilesnav_ref.stream.errors import RouteError, TilesetError
 from tilesnav_ref.stream.figures import figures
 from tilesnav_ref.stream.reader import open_tileset
 from tilesnav_ref.tileset.errors import EncodeError, OutputError
 from tilesnav_ref.tileset.folder import check_output
 
-NOT_ENCODABLE = (CellError, EncodeError, MemoryError)
+NOT_ENCODABLE = (CellError, EncodeError, PacketError, MemoryError)
 """Exit status 1."""
-UNUSABLE = (UsageError, SceneError, TilesetError, OutputError, OSError)
+UNUSABLE = (UsageError, SceneError, TilesetError, RouteError, OutputError, OSError)
 """Exit status 2."""
 
 
@@ -63,8 +66,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(given: Namespace, request: StopRequest) -> None:
-    if given.command in ("encode", "cells"):
-        {"encode": _encode, "cells": _cells}[given.command](given, request)
+    if given.command in ("encode", "cells", "path"):
+        {"encode": _encode, "cells": _cells, "path": _path}[given.command](given, request)
     else:
         {"info": _info, "sample": _sample}[given.command](given)
 
@@ -99,6 +102,23 @@ def _cells(given: Namespace, request: StopRequest) -> None:
             print(json.dumps(found, indent=1))
         else:
             print_cells(_Output(), found)
+
+
+def _path(given: Namespace, request: StopRequest) -> None:
+    try:
+        settings = path_settings(given)
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+    with stage_lines(Console(stderr=True), given.quiet) as show:
+
+        def progress(stage: str, done: int, total: int) -> None:
+            request.check()
+            show(stage, done, total)
+
+        found = path_figures(given, settings, progress)
+    if not given.quiet:
+        with _closed_pipe_is_no_error():
+            print_path(_Output(), found)
 
 
 def _info(given: Namespace) -> None:

@@ -12,6 +12,7 @@ from tilesnav_ref import __version__
 from tilesnav_ref.cells import CellError, CellSettings
 from tilesnav_ref.commands.coarse_arguments import add_coarse_options
 from tilesnav_ref.commands.mission_arguments import add_mission_options
+from tilesnav_ref.commands.path_arguments import add_path_options, joined_route
 from tilesnav_ref.commands.sample import SIZES
 from tilesnav_ref.commands.values import integer, number, numbers
 from tilesnav_ref.encode import EncodeSettings
@@ -55,7 +56,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     UsageError
         When it is wrong.
     """
-    return _parser().parse_args(_joined(arguments))
+    return _parser().parse_args(_joined(joined_route(arguments)))
 
 
 def encode_settings(given: argparse.Namespace) -> EncodeSettings:
@@ -145,6 +146,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_encode(_command(commands, "encode", "make a tileset of a scene"))
     _add_cells(_command(commands, "cells", "divide the free space of a scene, and draw it"))
     _add_info(_command(commands, "info", "print the figures of a tileset"))
+    add_path_options(_command(commands, "path", "drive a route and print what a vehicle receives"))
     _add_sample(_command(commands, "sample", "write the sample scene, a town"))
     return parser
 

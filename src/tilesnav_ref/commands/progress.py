@@ -27,6 +27,7 @@ LABELS = {
     "levels": "choose levels",
     "deltas": "make deltas",
     "write": "write",
+    "path": "drive the route",
 }
 
 LINE_SECONDS = 30.0

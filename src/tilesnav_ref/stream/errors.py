@@ -26,3 +26,7 @@ class TilesetError(ValueError):
 
 class DeltaError(ValueError):
     """A delta that does not fit the state that it is applied to."""
+
+
+class RouteError(ValueError):
+    """A route that leads nowhere: a way point outside of all cells, or two that no way joins."""
