@@ -21,7 +21,7 @@ NAMES = ("ring", "two-sectors", "two-coarse-levels", "faces-stand-for-many", "pa
 
 
 def sequence(folder: Path, policy: str, retain: int) -> Iterator[bytes]:
-    """Packets of a random walk with leaps; the vehicle acknowledges most of them, and loses its state once."""
+    """Packets of a random walk with leaps; the vehicle acknowledges most, and loses its state once."""
     delivery = Delivery(open_tileset(folder))
     sender = Sender(delivery, LevelPolicy(policy), retain)
     client = PacketClient(delivery.map_name)
@@ -42,6 +42,7 @@ def test_the_validator_refuses_no_packet(name: str, tmp_path: Path) -> None:
         files.append(tmp_path / f"{policy}-{retain}.vep")
         files[-1].write_bytes(b"".join(sequence(CASES / name, policy, retain)))
     result = judge(CASES / name / "tileset.json", Settings(rays=100, seed=1, threads=1, packets=tuple(files)))
-    verdicts = {j.requirement.id: j.verdict for j in result.judgements if j.requirement.id.startswith("packet/")}
+    judged = [one for one in result.judgements if one.requirement.id.startswith("packet/")]
+    verdicts = {one.requirement.id: one.verdict for one in judged}
     assert len(verdicts) == 9
     assert set(verdicts.values()) == {"pass"}, verdicts

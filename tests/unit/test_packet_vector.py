@@ -37,7 +37,8 @@ SECOND_BODY = "0c000000 7801 01 0c00f3ff 01000000 02000000 00000000 00280004"
 
 def dump() -> bytes:
     """Bytes that the specification prints, each line at the offset that it states."""
-    (body,) = re.findall(r"^```hexdump valid/packets-worked-example/walk.vep\n(.*?)^```$", SPEC, re.MULTILINE | re.DOTALL)
+    fence = r"^```hexdump valid/packets-worked-example/walk.vep\n(.*?)^```$"
+    (body,) = re.findall(fence, SPEC, re.MULTILINE | re.DOTALL)
     data = b""
     for line in body.splitlines():
         if not line.startswith("#"):

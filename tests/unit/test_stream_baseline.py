@@ -1,4 +1,4 @@
-"""Ordinary streaming: which tiles are shown, by the definition of the screen-space error, on trees made by hand."""
+"""Ordinary streaming: which tiles are shown, by the definition of the screen-space error."""
 
 from __future__ import annotations
 
@@ -133,8 +133,9 @@ def test_everything_within_range_is_of_the_finest_level(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("forgets", "loads"), [(True, [2, 1, 1, 0]), (False, [2, 1, 0, 0])])
 def test_what_is_not_held_is_loaded(tmp_path: Path, forgets: bool, loads: list[int]) -> None:
     tree = town(tmp_path)
-    near, far = screen_selection(tree, np.array((0.0, 0, 34.0)), CAMERA), screen_selection(
-        tree, np.array((0.0, 0, 40.0)), CAMERA
+    near, far = (
+        screen_selection(tree, np.array((0.0, 0, 34.0)), CAMERA),
+        screen_selection(tree, np.array((0.0, 0, 40.0)), CAMERA),
     )
     found = follow(tree, [near, far, near, near], forgets)
     assert [len(one) for one in found.loaded] == loads
@@ -144,11 +145,16 @@ def test_what_is_not_held_is_loaded(tmp_path: Path, forgets: bool, loads: list[i
 @pytest.mark.parametrize(
     ("root", "message"),
     [
-        ({"boundingVolume": {"sphere": [0, 0, 0, 1]}, "geometricError": 1}, r"root.boundingVolume.box: .*allowed: a box"),
+        (
+            {"boundingVolume": {"sphere": [0, 0, 0, 1]}, "geometricError": 1},
+            r"root.boundingVolume.box: .*allowed: a box",
+        ),
         ({"boundingVolume": box(0, 0, 0, 1)}, "geometricError: found nothing"),
     ],
 )
-def test_trees_that_cannot_be_followed_are_refused(tmp_path: Path, root: dict[str, Any], message: str) -> None:
+def test_trees_that_cannot_be_followed_are_refused(
+    tmp_path: Path, root: dict[str, Any], message: str
+) -> None:
     with pytest.raises(TilesetError, match=message):
         read_tiles(written(tmp_path, root))
 
@@ -168,11 +174,24 @@ def test_cameras_that_see_nothing_are_refused(values: tuple[float, int, float]) 
 
 
 def test_figures_of_a_series_by_hand() -> None:
-    series = Series(np.array((0.0, 0.0, 0.5, 1.25, 4.0)), np.array((700, 300, 50, 70, 200)), np.array((1, 4, 8, 0, 2)), 5.0)
+    series = Series(
+        np.array((0.0, 0.0, 0.5, 1.25, 4.0)),
+        np.array((700, 300, 50, 70, 200)),
+        np.array((1, 4, 8, 0, 2)),
+        5.0,
+    )
     assert (series.first, series.total) == (1000, 1320)
     assert series.mean == pytest.approx(320 / 5.0)
     assert series.peak == 200.0
-    assert series.rates(np.array((0.0, 0.6, 1.25, 1.6, 2.5, 4.9, 5.0))).tolist() == [0, 50, 120, 70, 0, 200, 0]
+    assert series.rates(np.array((0.0, 0.6, 1.25, 1.6, 2.5, 4.9, 5.0))).tolist() == [
+        0,
+        50,
+        120,
+        70,
+        0,
+        200,
+        0,
+    ]
     assert series.received(np.array((0.0, 0.5, 4.5))).tolist() == [1000, 1050, 1320]
     assert series.mean_held == pytest.approx((4 * 0.5 + 8 * 0.75 + 0 * 2.75 + 2 * 1.0) / 5.0)
     summary = series.summary(64.0)

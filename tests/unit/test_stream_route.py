@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -47,17 +48,21 @@ def check(route: Route, gates: Gates, places: Places) -> None:
     assert passages[0].begin == 0.0
     assert passages[-1].end == pytest.approx(route.length)
     neighbours = {tuple(pair) for pair in gates.cells.tolist()}
-    for one, two in zip(passages, passages[1:], strict=False):
+    for one, two in pairwise(passages):
         assert one.end == two.begin
         assert (min(one.cell, two.cell), max(one.cell, two.cell)) in neighbours
     for passage in passages:
         assert passage.begin < passage.end
-        inside = np.array([places.heights(p)[passage.cell] for p in route.at(np.linspace(passage.begin, passage.end, 7))])
+        inside = np.array(
+            [places.heights(p)[passage.cell] for p in route.at(np.linspace(passage.begin, passage.end, 7))]
+        )
         assert inside.max() <= 1e-9
 
 
 @given(blocks, st.data())
-def test_dijkstra_finds_the_shortest_of_all_ways(block: tuple[tuple[int, int, int], set[int]], data: st.DataObject) -> None:
+def test_dijkstra_finds_the_shortest_of_all_ways(
+    block: tuple[tuple[int, int, int], set[int]], data: st.DataObject
+) -> None:
     shape, gone = block
     gates, places = boxes(shape, {g for g in gone if g < np.prod(shape) - 2})
     count = gates.cell_count
@@ -68,7 +73,9 @@ def test_dijkstra_finds_the_shortest_of_all_ways(block: tuple[tuple[int, int, in
         return
     reach = reach_from_point(gates, start, source)
     last = gates.of_cell(target)
-    found = min((reach.lengths[g] + float(np.linalg.norm(gates.middles[g] - end)) for g in last), default=np.inf)
+    found = min(
+        (reach.lengths[g] + float(np.linalg.norm(gates.middles[g] - end)) for g in last), default=np.inf
+    )
     assert found == pytest.approx(expected)
     if np.isinf(expected):
         with pytest.raises(RouteError, match=r"no way from way point 1 .* to way point 2"):
@@ -113,7 +120,9 @@ def test_several_way_points_make_one_way() -> None:
 
 def test_a_way_point_outside_is_named_with_the_nearest_cell() -> None:
     gates, places = boxes((2, 1, 1))
-    with pytest.raises(RouteError, match=r"way point 2: found 5, 5, 0.5, which lies in no cell.* cell 1, 5 m away"):
+    with pytest.raises(
+        RouteError, match=r"way point 2: found 5, 5, 0.5, which lies in no cell.* cell 1, 5 m away"
+    ):
         route_through(gates, places, ((0.5, 0.5, 0.5), (5.0, 5.0, 0.5)))
 
 
@@ -152,7 +161,10 @@ def test_pulling_tight_keeps_to_the_gates_and_never_lengthens(seed: int) -> None
     gates = []
     for k in range(count):
         low, high = np.sort(rng.uniform(-2, 2, (2, 2)), axis=0)
-        corners = [(k + 1.0, y, z) for y, z in ((low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1]))]
+        corners = [
+            (k + 1.0, y, z)
+            for y, z in ((low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1]))
+        ]
         gates.append(np.array(corners[: 3 + seed % 2] if seed % 3 else corners[:2]))
     start, end = np.append(0.0, rng.uniform(-2, 2, 2)), np.append(count + 1.0, rng.uniform(-2, 2, 2))
     way = tighten(start, gates, end)
@@ -161,7 +173,8 @@ def test_pulling_tight_keeps_to_the_gates_and_never_lengthens(seed: int) -> None
     for point, gate in zip(way[1:-1], gates, strict=True):
         assert np.all(point >= gate.min(axis=0) - 1e-9)
         assert np.all(point <= gate.max(axis=0) + 1e-9)
-    # No point alone can be moved within its gate to make the way shorter than it would be by GAIN and a little.
+    # No point alone can be moved within its gate to make the way shorter than it would be by GAIN and a
+    # little.
     for k, gate in enumerate(gates, start=1):
         shares = rng.dirichlet(np.ones(len(gate)), 200)
         tried = 0.95 * shares @ gate + 0.05 * gate.mean(axis=0)

@@ -18,7 +18,9 @@ from tilesnav_ref.stream.stock import STOCK
 def add_path_options(parser: argparse.ArgumentParser) -> None:
     """Add the options to the parser."""
     path, screen, comparison = PathSettings(), ScreenSettings(), ComparisonSettings()
-    parser.add_argument("tileset", type=Path, metavar="OUT", help="folder with tileset.json, or the file itself")
+    parser.add_argument(
+        "tileset", type=Path, metavar="OUT", help="folder with tileset.json, or the file itself"
+    )
     parser.add_argument(
         "--route",
         type=route,
@@ -26,7 +28,9 @@ def add_path_options(parser: argparse.ArgumentParser) -> None:
         metavar="ROUTE",
         help="'X,Y,Z X,Y,Z ...' (m, nav frame), a .json or .csv file of them, 'roof' or 'ground' (roof)",
     )
-    parser.add_argument("--speed", type=number, default=path.speed, metavar="M/S", help=f"m/s ({path.speed:g})")
+    parser.add_argument(
+        "--speed", type=number, default=path.speed, metavar="M/S", help=f"m/s ({path.speed:g})"
+    )
     parser.add_argument(
         "--lod", action="append", choices=NAMES, help="level of detail; may be repeated (all of them)"
     )
@@ -42,7 +46,10 @@ def add_path_options(parser: argparse.ArgumentParser) -> None:
         "--plot", type=Path, metavar="FILE", help="picture to write, .png, .svg or .pdf (extra 'plot')"
     )
     parser.add_argument(
-        "--packets", type=Path, metavar="FILE", help="write the packets, one behind the other (.vep); needs one --lod"
+        "--packets",
+        type=Path,
+        metavar="FILE",
+        help="write the packets, one behind the other (.vep); needs one --lod",
     )
     parser.add_argument("--quiet", action="store_true", help="no progress and no tables")
     group = parser.add_argument_group("what it is compared with")

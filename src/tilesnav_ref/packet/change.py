@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from tilesnav_ref.packet.geometry import decode_body, encode_body
 from tilesnav_ref.packet.model import Limits, PacketError
 from tilesnav_ref.packet.plain import decode_plain, encode_plain
-from tilesnav_ref.packet.state import HeldState, Parts, check_parts
-from tilesnav_ref.packet.wire import NO_MARK, PLAIN, Packet
+from tilesnav_ref.packet.state import HeldState, Parts, check_parts, face_count
+from tilesnav_ref.packet.wire import CODED, NO_MARK, PLAIN, Packet
+
+PLAIN_TRIED = 64
+"""Faces by which a state may grow for the plain codec to be tried: beyond that it has never been the smaller."""
 
 
 def make_packet(before: HeldState | None, after: HeldState) -> Packet:
@@ -74,11 +78,19 @@ def apply_packet(packet: Packet, held: HeldState | None, limits: Limits) -> Held
 
 
 def _encode(before: Parts, after: Parts) -> tuple[int, bytes]:
-    """Codec and body."""
-    return PLAIN, encode_plain(before, after)
+    """Codec and body: the coded one, or a plain one that is smaller."""
+    try:
+        coded = encode_body(before, after)
+    except PacketError:  # numbers that only the plain codec can carry
+        return PLAIN, encode_plain(before, after)
+    new = face_count(after) - face_count(before)
+    if new > PLAIN_TRIED:
+        return CODED, coded
+    plain = encode_plain(before, after)
+    return (PLAIN, plain) if len(plain) < len(coded) else (CODED, coded)
 
 
 def _decode(packet: Packet, before: Parts, limits: Limits) -> Parts:
     if packet.codec == PLAIN:
         return decode_plain(packet.body, before, limits)
-    raise PacketError(f"codec {packet.codec}; allowed: 0")
+    return decode_body(packet.body, before, limits)

@@ -204,9 +204,8 @@ def _within(held: ObjectFaces | None, new: ObjectFaces, leave: NDArray[np.uint32
     if len(held.faces) - int(stays.sum()) != len(leave):
         raise PacketError(f"{where}: a face leaves that is not held")
     if not count or not len(leave) + len(new.faces):
-        raise PacketError(
-            f"{where}: {count} faces after a change of {len(leave) + len(new.faces)}; allowed: 1, 1"
-        )
+        found = f"{len(leave)} faces leave, {len(new.faces)} enter, {count} are left"
+        raise PacketError(f"{where}: {found}; allowed: a change, with one face left at least")
     faces = np.concatenate((held.faces[stays], new.faces))
     order = np.argsort(faces, kind="stable")
     faces = faces[order]

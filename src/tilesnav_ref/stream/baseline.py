@@ -2,9 +2,9 @@
 
 Notes
 -----
-Both look at places one after the other and load, at each, what they need there and do not hold. They are given
-advantages that a viewer does not have: a content is there at once, none is asked for that is not needed, ancestors
-of a tile that is shown are not loaded, and requests and headers cost nothing.
+Both look at places one after the other and load, at each, what they need there and do not hold. They are
+given advantages that a viewer does not have: a content is there at once, none is asked for that is not
+needed, ancestors of a tile that is shown are not loaded, and requests and headers cost nothing.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ def screen_selection(tree: TileTree, point: Points, settings: ScreenSettings) ->
 
     Notes
     -----
-    A tile is refined where its geometric error, seen from the distance of its box, is more pixels than allowed; a
-    refined tile is shown beside its children with ADD, and not with REPLACE.
+    A tile is refined where its geometric error, seen from the distance of its box, is more pixels than
+    allowed; a refined tile is shown beside its children with ADD, and not with REPLACE.
 
     References
     ----------
@@ -74,10 +74,12 @@ def screen_selection(tree: TileTree, point: Points, settings: ScreenSettings) ->
 
 
 def range_selection(tree: TileTree, point: Points, distance: float) -> list[int]:
-    """Choose the tiles with contents of the finest level whose boxes are within a distance, m, of a point (3,)."""
+    """Choose the tiles of the finest level whose boxes are within a distance, m, of a point (3,)."""
     near = tree.distances(point) <= distance
     return [
-        int(tile) for tile in np.flatnonzero(near) if any(content.level == 0 for content in tree.contents[tile])
+        int(tile)
+        for tile in np.flatnonzero(near)
+        if any(content.level == 0 for content in tree.contents[tile])
     ]
 
 

@@ -15,8 +15,8 @@ from tilesnav_ref.packet.state import HeldState, Parts
 from tilesnav_ref.stream.bandwidth import Series
 from tilesnav_ref.stream.baseline import Loads, ScreenSettings, follow, range_selection, screen_selection
 from tilesnav_ref.stream.delivery import Delivery
-from tilesnav_ref.stream.levels import LevelFaces, on_grid, smallest_first
 from tilesnav_ref.stream.glb import open_glb
+from tilesnav_ref.stream.levels import LevelFaces, on_grid, smallest_first
 from tilesnav_ref.stream.reader import NavTileset
 from tilesnav_ref.stream.route import Route
 from tilesnav_ref.stream.tiles import TileContent, TileTree, read_tiles
@@ -93,9 +93,9 @@ def rivals(delivery: Delivery, route: Route, speed: float, settings: ComparisonS
     Returns
     -------
     tuple of Rival
-        By screen-space error with the tiles as they are written, the same with one tile an object, and all objects within a
-        range at the finest level; each for a client that drops what it does not need and for one that drops
-        nothing.
+        By screen-space error with the tiles as they are written, the same with one tile an object, and
+        all objects within a range at the finest level; each for a client that drops what it does not need
+        and for one that drops nothing.
 
     Raises
     ------
@@ -168,8 +168,8 @@ def object_tree(tileset: NavTileset) -> TileTree:
 
     Notes
     -----
-    The tiles of an object are a chain of REPLACE from its coarsest level to its finest, with its own proven errors, made
-    not to fall from fine to coarse, and the box around all its levels.
+    The tiles of an object are a chain of REPLACE from its coarsest level to its finest, with its own
+    proven errors, made not to fall from fine to coarse, and the box around all its levels.
     """
     levels = tileset.levels
     geometries = [level.geometry for level in levels[::-1]] + [tileset.finest]

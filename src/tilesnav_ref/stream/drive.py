@@ -85,9 +85,9 @@ def drive(delivery: Delivery, route: Route, settings: DriveSettings) -> Drive:
 
     Notes
     -----
-    The first packet is a key frame; each other one is for the state that the client holds. Packets arrive at once and none
-    is lost. The first one is given to another client beforehand, so that no time contains the compilation of
-    kernels.
+    The first packet is a key frame; each other one is for the state that the client holds. Packets arrive
+    at once and none is lost. The first one is given to another client beforehand, so that no time
+    contains the compilation of kernels.
     """
     sender = Sender(delivery, settings.policy, settings.retain)
     client = _client(delivery)

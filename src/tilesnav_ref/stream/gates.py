@@ -1,4 +1,4 @@
-"""The portals of a tileset as a graph: gates, and the ways between gates through the cells that they share."""
+"""The portals of a tileset as a graph: gates, and ways between them through the cells that they share."""
 
 from __future__ import annotations
 
@@ -139,7 +139,8 @@ def gates_of(tileset: NavTileset) -> Gates:
 
 def _of_sector(sector: Sector) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
     """Cells (G, 2), numbers of vertices (G,) and vertices of the portals to cells of a greater number."""
-    portals = np.diff(sector.targets.offsets.astype(np.int64))
+    starts = sector.targets.offsets.astype(np.int64)
+    portals = starts[1:] - starts[:-1]
     sources = np.repeat(np.arange(sector.cell_count) + sector.first_cell, portals)
     targets = sector.targets.values.astype(np.int64)
     forward = sources < targets

@@ -1,4 +1,4 @@
-"""The bandwidth experiment: one route, driven with packets at several levels, and by what users have today."""
+"""The bandwidth experiment: one route, with packets at several levels and by what users have today."""
 
 from __future__ import annotations
 

@@ -2,7 +2,8 @@
 
 Notes
 -----
-matplotlib is an extra and imported where it is used. The upper panels are those of figure 9 of the source paper.
+matplotlib is an extra and imported where it is used. The upper panels are those of figure 9 of the source
+paper.
 """
 
 from __future__ import annotations
@@ -89,11 +90,19 @@ def _comparison(axes: Any, result: PathResult) -> None:
     for rival in result.rivals:
         kind, _, memory = rival.name.partition("-")
         dashes = "-" if memory == "drop" else "--"
-        _all_data(axes, rival.coded, color=RIVALS[kind], linestyle=dashes, label=f"{rival.title}, holds {rival.memory}")
+        _all_data(
+            axes,
+            rival.coded,
+            color=RIVALS[kind],
+            linestyle=dashes,
+            label=f"{rival.title}, holds {rival.memory}",
+        )
     for name in ("fine", "auto"):
         if name in result.drives:
             series = result.drives[name].series
-            _all_data(axes, series, color=COLOURS[name], linestyle="-", label=f"packets, {name}, holds needed")
+            _all_data(
+                axes, series, color=COLOURS[name], linestyle="-", label=f"packets, {name}, holds needed"
+            )
             kept = result.keeping[name].series
             label = f"packets, {name}, holds all"
             _all_data(axes, kept, color=COLOURS[name], linestyle="--", label=label)
@@ -126,10 +135,12 @@ def _map(axes: Any, tileset: NavTileset, result: PathResult) -> None:
     points = result.route.points
     low, high = points[:, :2].min(axis=0) - MARGIN, points[:, :2].max(axis=0) + MARGIN
     faces, greys = _plan_of_faces(tileset, low, high)
-    axes.add_collection(PolyCollection(faces, facecolors=greys, edgecolors="none", rasterized=True))
+    axes.add_collection(PolyCollection(list(faces), facecolors=greys, edgecolors="none", rasterized=True))
     outlines = [one for one in (footprint(tileset, cell) for cell in _passed(result)) if len(one)]
     axes.add_collection(
-        PolyCollection(outlines, facecolors=(0.2, 0.45, 0.8, 0.10), edgecolors=(0.1, 0.3, 0.7, 0.6), linewidths=0.5)
+        PolyCollection(
+            outlines, facecolors=(0.2, 0.45, 0.8, 0.10), edgecolors=(0.1, 0.3, 0.7, 0.6), linewidths=0.5
+        )
     )
     axes.plot(points[:, 0], points[:, 1], color="tab:red", linewidth=1.6)
     series = next(iter(result.drives.values())).series
@@ -189,6 +200,6 @@ def footprint(tileset: NavTileset, cell: int) -> NDArray[np.float64]:
             if np.all(planes[:, :3] @ point + planes[:, 3] <= 1e-6):
                 corners.append(point[:2])
     try:
-        return np.array(corners)[ConvexHull(np.array(corners)).vertices]
+        return np.asarray(np.array(corners)[ConvexHull(np.array(corners)).vertices])
     except (QhullError, ValueError, IndexError):
         return np.zeros((0, 2))

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from tilesnav_ref.stream.reader import NavTileset
 
 SLACK = 1e-6
-"""m; a point this far outside of a plane still counts as in the cell: rounding of coordinates of kilometres in
-float64 and of what people type, and far below the step of the grid."""
+"""m; a point this far outside of a plane still counts as in the cell: rounding of coordinates of kilometres
+in float64 and of what people type, and far below the step of the grid."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Places:
         return np.ascontiguousarray(self.planes[:, :, :3])
 
     def heights(self, point: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(N,) distance of a point (3,) over the plane that it lies farthest outside of, m; negative inside."""
+        """(N,) height of a point (3,) over the plane that it lies farthest outside of, m; negative inside."""
         return np.asarray((self._normals @ point + self.planes[:, :, 3]).max(axis=1))
 
     def cell_at(self, point: NDArray[np.float64]) -> int | None:
@@ -48,8 +48,8 @@ class Places:
 
         Notes
         -----
-        The height over a plane is never more than the distance from the cell, so cells are measured in the order
-        of their heights until these exceed the least distance.
+        The height over a plane is never more than the distance from the cell, so cells are measured in
+        the order of their heights until these exceed the least distance.
         """
         heights = self.heights(point)
         best, least = -1, np.inf
@@ -68,7 +68,7 @@ def places_of(tileset: NavTileset) -> Places:
 
 
 def distance_from_cell(planes: NDArray[np.float64], point: NDArray[np.float64]) -> float:
-    """Distance of a point (3,) from a cell (6, 4), m; 0 inside, infinity where nothing is inside of all planes.
+    """Distance of a point (3,) from a cell (6, 4), m; 0 inside, infinity from a cell without points.
 
     Notes
     -----

@@ -74,13 +74,14 @@ def route_through(gates: Gates, places: Places, way_points: Sequence[Sequence[fl
     Returns
     -------
     Route
-        Between two way points: the shortest of the ways that lead straight from the middle of a portal to the middle
-        of a next one of the same cell (Dijkstra), then pulled tight within its portals.
+        Between two way points: the shortest of the ways that lead straight from the middle of a portal to
+        the middle of a next one of the same cell (Dijkstra), then pulled tight within its portals.
 
     Raises
     ------
     RouteError
-        When there are too few way points, one lies in no cell, no way joins two of them, or all are one place.
+        When there are too few way points, one lies in no cell, no way joins two of them, or all are one
+        place.
 
     References
     ----------
@@ -98,7 +99,7 @@ def route_through(gates: Gates, places: Places, way_points: Sequence[Sequence[fl
 
 
 def join(pieces: Sequence[tuple[Points, list[int]]]) -> Route:
-    """Join lines (K, 3), each with the cells of its K - 1 pieces and each beginning where the one before ends.
+    """Join lines (K, 3) with the cells of their K - 1 pieces; each begins where the one before ends.
 
     Raises
     ------
@@ -144,8 +145,8 @@ def _cell_of(places: Places, point: Points, number: int) -> int:
         near, distance = places.nearest(point)
         shown = ", ".join(f"{value:g}" for value in point)
         raise RouteError(
-            f"route, way point {number}: found {shown}, which lies in no cell; allowed: points in cells; the nearest is"
-            f" cell {near}, {distance:.3g} m away"
+            f"route, way point {number}: found {shown}, which lies in no cell; allowed: points in cells; the"
+            f" nearest is cell {near}, {distance:.3g} m away"
         )
     return cell
 
@@ -160,7 +161,7 @@ def _leg(
     lengths = reach.lengths[last] + np.linalg.norm(gates.middles[last] - ends[1], axis=1)
     if not np.isfinite(lengths).any():
         raise RouteError(
-            f"route: found no way from way point {number} in cell {cells[0]} to way point {number + 1} in cell"
-            f" {cells[1]}; allowed: way points in cells that portals connect"
+            f"route: found no way from way point {number} in cell {cells[0]} to way point {number + 1} in"
+            f" cell {cells[1]}; allowed: way points in cells that portals connect"
         )
     return way_through(gates, ends, cells, reach.way(int(last[np.argmin(lengths)])))

@@ -2,17 +2,18 @@
 
 Notes
 -----
-Both go through portals that stand upright, along the level line of each at one height, and visit four stops. The
-portals lie among houses: there is a roof within 60 m in each quarter of the compass (where this leaves none, all
-portals at that height count). In the largest connected part of them, the first stop is the one farthest (along the
-portals) from the one nearest to its middle, the second the one farthest from the first, and each next the one
-farthest from all before. They are visited in this order. Ties go to the portal of the smallest number; so the same
-tileset has the same routes.
+Both go through portals that stand upright, along the level line of each at one height, and visit four
+stops. The portals lie among houses: there is a roof within 60 m in each quarter of the compass (where
+this leaves none, all portals at that height count). In the largest connected part of them, the first stop
+is the one farthest (along the portals) from the one nearest to its middle, the second the one farthest
+from the first, and each next the one farthest from all before. They are visited in this order. Ties go to
+the portal of the smallest number; so the same tileset has the same routes.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ STOPS = 4
 RIDE = 1.5
 """m over the lower border of a portal; the height of a sensor on a ground vehicle."""
 FLOOR_RISE = 2.0
-"""m; a portal begins near the ground when none within NEAR begins lower by more than this. Storeys are higher."""
+"""m; a portal is near the ground when none within NEAR begins lower by more. Storeys are higher."""
 NEAR = 25.0
 """m in plan; courts and wide houses are narrower than twice this."""
 ROOF_SHARE = 0.75
@@ -112,14 +113,13 @@ def _among(roofs: Roofs, plan: NDArray[np.float64]) -> NDArray[np.bool_]:
         return np.zeros(len(plan), np.bool_)
     near = cKDTree(roofs.plan).query_ball_point(plan, AROUND)
     quarters = [
-        np.unique((roofs.plan[found] > place) @ np.array((1, 2))) for place, found in zip(plan, near, strict=True)
+        np.unique((roofs.plan[found] > place) @ np.array((1, 2)))
+        for place, found in zip(plan, near, strict=True)
     ]
     return np.array([len(one) == 4 for one in quarters])
 
 
-def level_lines(
-    gates: Gates, heights: NDArray[np.float64]
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def level_lines(gates: Gates, heights: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Cut gates by a height each.
 
     Parameters
@@ -151,7 +151,7 @@ def level_lines(
 def _near_ground(
     plan: NDArray[np.float64], low: NDArray[np.float64], asked: NDArray[np.int64]
 ) -> NDArray[np.bool_]:
-    """Whether some gates begin near the lowest around them, of gates with middles (G, 2) and least heights (G,)."""
+    """Whether gates asked for begin near the lowest around them; `plan` (G, 2) and `low` (G,) are of all."""
     if len(asked) == 0:
         return np.zeros(0, np.bool_)
     around = cKDTree(plan).query_ball_point(plan[asked], NEAR)
@@ -161,12 +161,14 @@ def _near_ground(
 def _tour(gates: Gates, name: str) -> Route:
     stops = _stops(gates) if gates.count else []
     if len(stops) < 2:
-        raise RouteError(f"route {name}: found {len(stops)} stops at that height; allowed: two or more; give way points")
+        raise RouteError(
+            f"route {name}: found {len(stops)} stops at that height; allowed: two or more; give way points"
+        )
     pieces = []
-    for source, target in zip(stops, stops[1:], strict=False):
+    for source, target in pairwise(stops):
         passed = reach_from_gate(gates, source).way(target)
         # The way begins in the middle of the first gate and ends in that of the last.
-        cells = [_shared(gates, a, b) for a, b in zip(passed, passed[1:], strict=False)]
+        cells = [_shared(gates, a, b) for a, b in pairwise(passed)]
         ends = gates.middles[source], gates.middles[target]
         pieces.append(way_through(gates, ends, (cells[0], cells[-1]), passed[1:-1]))
     return join(pieces)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 INSET = 0.05
-"""Share of the way from a border of a gate to its middle by which a way keeps inside: a way along the border of a
-gate would run along the borders of cells, where a vehicle would be in both."""
+"""Share of the way from a border of a gate to its middle by which a way keeps inside: along the border of a
+gate it would run along the borders of cells, where a vehicle would be in both."""
 SWEEPS = 2000
 GAIN = 1e-5
 """m; sweeps end when one shortens the way by less than this."""
@@ -33,10 +33,10 @@ def tighten(start: Points, gates: Sequence[Points], end: Points) -> Points:
 
     Notes
     -----
-    The length is convex in all points together. Points are moved in turns, every second one at a time, towards where
-    the straight line between their neighbours crosses the gate, and only where that is shorter; so the way is never
-    longer than that through the middles. It is not always the shortest one: moving one point at a time may stop
-    early at the border of a gate.
+    The length is convex in all points together. Points are moved in turns, every second one at a time,
+    towards where the straight line between their neighbours crosses the gate, and only where that is
+    shorter; so the way is never longer than that through the middles. It is not always the shortest one:
+    moving one point at a time may stop early at the border of a gate.
 
     Examples
     --------
@@ -108,8 +108,8 @@ class Polygons:
 
         Notes
         -----
-        For a line: the point of it through which the shortest way leads. Turned around the line into one plane,
-        that way is straight, so it divides the way along the line as the distances from it.
+        For a line: the point of it through which the shortest way leads. Turned around the line into one
+        plane, that way is straight, so it divides the way along the line as the distances from it.
         """
         way = after - before
         climb = _dot(way, self.normals)

@@ -73,12 +73,15 @@ def read_tiles(path: Path) -> TileTree:
     while open_tiles:
         one = open_tiles.pop()
         if one.depth > DEPTH_LIMIT:
-            raise TilesetError(str(path), one.tile.place, f"more than {DEPTH_LIMIT} levels", "fewer tiles in tiles")
+            raise TilesetError(
+                str(path), one.tile.place, f"more than {DEPTH_LIMIT} levels", "fewer tiles in tiles"
+            )
         row = _row(one, root_folder)
         if one.tile.has("children"):
             children = one.tile.list_of_fields("children")
             open_tiles.extend(
-                _Open(child, len(rows), row.transform, row.adds, one.depth + 1) for child in reversed(children)
+                _Open(child, len(rows), row.transform, row.adds, one.depth + 1)
+                for child in reversed(children)
             )
         rows.append(row)
     return TileTree(
@@ -124,7 +127,9 @@ def _row(one: _Open, root: Path) -> _Row:
     scale = float(np.linalg.norm(transform[:3, :3], axis=0).max())
     refine = tile.text("refine").upper() if tile.has("refine") else ""
     adds = refine == "ADD" if refine else one.adds
-    return _Row(one.parent, tile.number("geometricError") * scale, adds, box, transform, _contents(tile, root))
+    return _Row(
+        one.parent, tile.number("geometricError") * scale, adds, box, transform, _contents(tile, root)
+    )
 
 
 def _contents(tile: Fields, root: Path) -> tuple[TileContent, ...]:

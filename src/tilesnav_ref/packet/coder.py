@@ -1,0 +1,184 @@
+"""Adaptive binary range coder: one set of kernels writes or reads, so that both sides follow the same models.
+
+References
+----------
+G. N. N. Martin, Range encoding: an algorithm for removing redundancy from a digitised message, 1979.
+R. Krichevsky, V. Trofimov, The performance of universal encoding, 1981 (estimates that learn fast at first).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tilesnav_ref.kernels import kernel
+
+LOW, RANGE, CODE, PLACE, LENGTH, READING, FAILED = range(7)
+"""Words of a coder."""
+TOP = 1 << 24
+"""The range is kept at or above this, so that 16 bits of a probability never make it empty."""
+ONE = 1 << 16
+"""Probabilities are multiples of 1 / ONE."""
+LEAST = 32
+"""Probabilities stay this far from 0 and from ONE."""
+PATIENCE = 60
+"""Number of bits after which a probability learns no slower."""
+
+
+def new_coder(data: Any, reading: bool, probabilities: Any) -> Any:
+    """Return a coder: words, data, probabilities of zero and numbers of bits seen.
+
+    Parameters
+    ----------
+    data : (L,) uint8
+        To read from, or to write to.
+    reading : bool
+    probabilities : (C,) int64
+        At the beginning, of each context.
+    """
+    words = np.zeros(7, np.int64)
+    words[RANGE] = (1 << 32) - 1
+    words[LENGTH] = len(data)
+    words[READING] = reading
+    if reading:
+        for _ in range(4):
+            words[CODE] = words[CODE] << 8 | _next_byte_python(words, data)
+    return words, data, probabilities.copy(), np.zeros(len(probabilities), np.int64)
+
+
+def _next_byte_python(words: Any, data: Any) -> int:
+    place = int(words[PLACE])
+    words[PLACE] += 1
+    return int(data[place]) if place < len(data) else 0
+
+
+@kernel
+def shift(words, data):
+    """Move one byte out of the range, or into it."""
+    place = words[PLACE]
+    words[PLACE] = place + 1
+    words[RANGE] <<= 8
+    if words[READING]:
+        byte = 0
+        if place < words[LENGTH]:
+            byte = np.int64(data[place])
+        elif place >= words[LENGTH] + 3:
+            words[FAILED] = 1
+        words[CODE] = words[CODE] << 8 | byte
+        return
+    if place >= words[LENGTH]:
+        words[FAILED] = 1
+        words[PLACE] = place
+    else:
+        data[place] = words[LOW] >> 24
+    words[LOW] = (words[LOW] & (TOP - 1)) << 8
+
+
+@kernel
+def carry(words, data):
+    """Add the bit that ran over the top of the range to the bytes already written."""
+    words[LOW] &= (1 << 32) - 1
+    place = words[PLACE] - 1
+    while data[place] == 255:
+        data[place] = 0
+        place -= 1
+    data[place] += 1
+
+
+@kernel
+def split(words, data, bound, bit):
+    """Code a bit whose zero has the lower `bound` of the range; returns it."""
+    if words[READING]:
+        bit = 1 if words[CODE] >= bound else 0
+        if bit:
+            words[CODE] -= bound
+    elif bit:
+        words[LOW] += bound
+        if words[LOW] >> 32:
+            carry(words, data)
+    words[RANGE] = words[RANGE] - bound if bit else bound
+    while words[RANGE] < TOP:
+        shift(words, data)
+    return bit
+
+
+@kernel
+def code_bit(coder, context, bit):
+    """Code a bit in a context, and learn from it; returns it."""
+    words, data, probabilities, seen = coder
+    zero = probabilities[context]
+    bit = split(words, data, (words[RANGE] >> 16) * zero, bit)
+    n = seen[context]
+    if bit:
+        zero -= 2 * zero // (2 * n + 3)
+    else:
+        zero += 2 * (ONE - zero) // (2 * n + 3)
+    probabilities[context] = min(max(zero, LEAST), ONE - LEAST)
+    if n < PATIENCE:
+        seen[context] = n + 1
+    return bit
+
+
+@kernel
+def code_even(coder, width, value):
+    """Code the lowest `width` bits of a value, highest first, as likely 0 as 1; returns them."""
+    words, data = coder[0], coder[1]
+    found = 0
+    for place in range(width - 1, -1, -1):
+        found = found << 1 | split(words, data, words[RANGE] >> 1, value >> place & 1)
+    return found
+
+
+NUMBER_CONTEXTS = 75
+"""Contexts of a number: 25 of its width, 25 of its second bit, 25 of its bits by place."""
+
+
+@kernel
+def code_number(coder, first, value):
+    """Code a number from 0 to 2**25 - 2 in contexts from `first` on; returns it."""
+    value += 1
+    width = 0
+    while width < 24:
+        if not code_bit(coder, first + width, 1 if value >> width > 1 else 0):
+            break
+        width += 1
+    found = 1
+    for place in range(width - 1, -1, -1):
+        context = first + 25 + width if place == width - 1 else first + 50 + place
+        found = found << 1 | code_bit(coder, context, value >> place & 1)
+    return found - 1
+
+
+@kernel
+def code_numbers(coder, first, values):
+    """Code numbers, each in the same contexts; `values` (N,) int64 is filled when reading."""
+    for i in range(len(values)):
+        values[i] = code_number(coder, first, values[i])
+
+
+@kernel
+def code_signed(coder, first, value):
+    """Code a number other than 0 of magnitude below 2**25; returns it."""
+    negative = code_bit(coder, first, 1 if value < 0 else 0)
+    magnitude = code_number(coder, first + 1, abs(value) - 1) + 1
+    return -magnitude if negative else magnitude
+
+
+def finish(coder: Any) -> bytes | None:
+    """Bytes that were written, or None where the space was too small.
+
+    One byte behind those that were shifted out is enough: a multiple of TOP lies in every range.
+    """
+    words, data = coder[0], coder[1]
+    words[LOW] += TOP - 1
+    if words[LOW] >> 32:
+        carry(words, data)
+    shift(words, data)
+    return None if words[FAILED] else bytes(data[: int(words[PLACE])])
+
+
+def is_finished(coder: Any) -> bool:
+    """Whether all that was read, and no more, was written by `finish`."""
+    words = coder[0]
+    return not words[FAILED] and bool(words[PLACE] == words[LENGTH] + 3)

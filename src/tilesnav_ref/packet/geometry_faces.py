@@ -1,0 +1,331 @@
+"""Faces that enter, as a set: grown across the open edges of known faces, else begun anew.
+
+References
+----------
+S. Gumhold, W. Strasser, Real time compression of triangle mesh connectivity, 1998 (growing across edges).
+C. Touma, C. Gotsman, Triangle mesh compression, 1998 (the fourth corner of a parallelogram).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tilesnav_ref.kernels import kernel
+from tilesnav_ref.packet.coder import FAILED, NUMBER_CONTEXTS, READING, code_bit, code_even, code_signed
+from tilesnav_ref.packet.geometry_mesh import (
+    EDGES,
+    LIMIT,
+    NONE,
+    VERTICES,
+    find_edge,
+    find_vertex,
+    put_face,
+    put_vertex,
+    recall,
+    remember,
+)
+from tilesnav_ref.packet.numbers import LEAVES_CONTEXTS, PLACES_CONTEXTS
+
+EXISTS = 6 * NUMBER_CONTEXTS + LEAVES_CONTEXTS + PLACES_CONTEXTS
+"""First context of whether a face is at an edge: 3 x 3 x 2 x 2."""
+CHOICE = EXISTS + 36
+"""First context of whether a candidate is the third vertex: 32 masks x 3."""
+POINT_CONTEXTS = 72 + 3 * (NUMBER_CONTEXTS + 1)
+"""For a place: 3 axes x 6 x 4 of what it equals, 3 axes of differences."""
+THIRD = CHOICE + 96
+FIRST = THIRD + POINT_CONTEXTS
+CONTEXTS = FIRST + 2 * (POINT_CONTEXTS + 1)
+CANDIDATES = 6
+"""Candidates for a third vertex at most."""
+INSPECTED = 8
+"""Edges at a vertex that are looked at for candidates, latest first."""
+MEMORY, PARALLELOGRAM, LEFT, RIGHT, KNOWN = 1, 2, 4, 8, 16
+"""Reasons for a candidate."""
+
+
+def new_scratch() -> Any:
+    """Places of candidates, their reasons, how many; places of references; the place that is coded."""
+    candidates = np.zeros((CANDIDATES, 3), np.int64)
+    masks = np.zeros(CANDIDATES + 1, np.int64)
+    return candidates, masks, np.zeros((4, 3), np.int64), np.zeros(3, np.int64)
+
+
+@kernel
+def copy_place(target, source):
+    """Copy three coordinates."""
+    target[0] = source[0]
+    target[1] = source[1]
+    target[2] = source[2]
+
+
+@kernel
+def add_candidate(mesh, scratch, place, reason):
+    """Note a candidate, or that a candidate has one more reason."""
+    candidates, masks = scratch[0], scratch[1]
+    x, y, z = place
+    count = masks[CANDIDATES]
+    for k in range(count):
+        if candidates[k, 0] == x and candidates[k, 1] == y and candidates[k, 2] == z:
+            masks[k] |= reason
+            return
+    if count == CANDIDATES or max(abs(x), abs(y), abs(z)) >= LIMIT:
+        return
+    candidates[count, 0] = x
+    candidates[count, 1] = y
+    candidates[count, 2] = z
+    masks[count] = reason | (KNOWN if find_vertex(mesh, x, y, z)[1] != NONE else 0)
+    masks[CANDIDATES] = count + 1
+
+
+@kernel
+def add_neighbours(mesh, scratch, edge, opposite):
+    """Note the other ends of open edges to `edge[0]` and from `edge[1]`, as long as few are looked at."""
+    places, edges = mesh[1], mesh[3]
+    for side in range(2):
+        vertex = edge[side]
+        e = mesh[5][vertex, 1 - side]
+        for _ in range(INSPECTED):
+            if e == NONE:
+                break
+            w = edges[e, side]
+            reverse = find_edge(mesh, vertex, w)[1] if side == 0 else find_edge(mesh, w, vertex)[1]
+            if w != opposite and reverse == NONE:
+                place = (places[w, 0], places[w, 1], places[w, 2])
+                add_candidate(mesh, scratch, place, LEFT if side == 0 else RIGHT)
+            e = mesh[6][e, 1 - side]
+
+
+@kernel
+def find_candidates(mesh, memory, scratch, edge, opposite):
+    """Find candidates for the third vertex of the face behind an edge (a, b) whose known face has `opposite`.
+
+    `opposite` is NONE where there is no known face. Returns the context of whether there is a face.
+    """
+    places = mesh[1]
+    a, b = edge
+    masks = scratch[1]
+    masks[CANDIDATES] = 0
+    state = 0
+    if opposite != NONE:
+        n = recall(memory, mesh, a, b, opposite)[1]
+        if n != NONE:
+            state = 1 + memory[2][n, 3]
+        if state == 2:
+            x, y, z = memory[2][n, 0], memory[2][n, 1], memory[2][n, 2]
+            add_candidate(mesh, scratch, (places[a, 0] + x, places[a, 1] + y, places[a, 2] + z), MEMORY)
+        x = places[a, 0] + places[b, 0] - places[opposite, 0]
+        y = places[a, 1] + places[b, 1] - places[opposite, 1]
+        z = places[a, 2] + places[b, 2] - places[opposite, 2]
+        add_candidate(mesh, scratch, (x, y, z), PARALLELOGRAM)
+    add_neighbours(mesh, scratch, edge, opposite)
+    closing = 0
+    for k in range(masks[CANDIDATES]):
+        closing = max(closing, (masks[k] >> 2 & 1) + (masks[k] >> 3 & 1))
+    return state * 3 + closing
+
+
+@kernel
+def code_point(coder, first, references, count, point):
+    """Code a place axis by axis: equal to one of `count` references, or by the difference from the first."""
+    last = 0
+    for axis in range(3):
+        source = 0
+        for k in range(count):
+            value = references[k, axis]
+            repeated = False
+            for j in range(k):
+                repeated |= references[j, axis] == value
+            context = first + (axis * 6 + last) * 4 + k
+            if not repeated and code_bit(coder, context, 1 if point[axis] == value else 0):
+                point[axis] = value
+                source = k + 1
+                break
+        if source == 0:
+            base = references[0, axis]
+            context = first + 72 + axis * (NUMBER_CONTEXTS + 1)
+            point[axis] = base + code_signed(coder, context, point[axis] - base)
+            if abs(point[axis]) >= LIMIT:
+                coder[0][FAILED] = 1
+                point[axis] = 0
+        last = source
+
+
+@kernel
+def code_third(coder, mesh, scratch, count):
+    """Code the third vertex of a face: one of the candidates, else by its place; returns it."""
+    candidates, masks, references, point = scratch
+    chosen = False
+    for k in range(masks[CANDIDATES]):
+        same = point[0] == candidates[k, 0] and point[1] == candidates[k, 1] and point[2] == candidates[k, 2]
+        if code_bit(coder, CHOICE + masks[k] * 3 + min(k, 2), 1 if same else 0):
+            copy_place(point, candidates[k])
+            chosen = True
+            break
+    if not chosen:
+        code_point(coder, THIRD, references, count, point)
+    return put_vertex(mesh, point[0], point[1], point[2])
+
+
+@kernel
+def code_anew(coder, mesh, scratch, k):
+    """Code vertex `k` (0 or 1) of a face that shares no edge: by its number, else by its place; returns it."""
+    references, point = scratch[2], scratch[3]
+    first = FIRST + k * (POINT_CONTEXTS + 1)
+    vertices = mesh[0][VERTICES]
+    if vertices:
+        v = find_vertex(mesh, point[0], point[1], point[2])[1]
+        if code_bit(coder, first, 1 if v != NONE else 0):
+            width = 0
+            while (vertices - 1) >> width:
+                width += 1
+            v = vertices - 1 - code_even(coder, width, vertices - 1 - v)
+            if v < 0:
+                coder[0][FAILED] = 1
+                v = 0
+            return v
+    code_point(coder, first + 1, references, 3, point)
+    return put_vertex(mesh, point[0], point[1], point[2])
+
+
+@kernel
+def waiting_edge(entering, sent, mesh, edge):
+    """Edge of a face that was not sent, opposite to an edge of the mesh; NONE if there is none."""
+    a, b = edge
+    places = mesh[1]
+    u = find_vertex(entering, places[a, 0], places[a, 1], places[a, 2])[1]
+    v = find_vertex(entering, places[b, 0], places[b, 1], places[b, 2])[1]
+    if u == NONE or v == NONE:
+        return NONE
+    e = entering[5][v, 0]
+    while e != NONE:
+        if entering[3][e, 1] == u and not sent[e // 3]:
+            return e
+        e = entering[6][e, 0]
+    return NONE
+
+
+@kernel
+def first_edge(entering, face, mesh):
+    """Edge of a face to begin with: one whose vertices are known, if there is one."""
+    best, most = 3 * face, -1
+    for e in range(3 * face, 3 * face + 3):
+        p, q = entering[3][e, 0], entering[3][e, 1]
+        score = 0
+        if find_vertex(mesh, entering[1][p, 0], entering[1][p, 1], entering[1][p, 2])[1] != NONE:
+            score = (
+                2
+                if find_vertex(mesh, entering[1][q, 0], entering[1][q, 1], entering[1][q, 2])[1] != NONE
+                else 1
+            )
+        if score > most:
+            best, most = e, score
+    return best
+
+
+@kernel
+def begin_anew(coder, mesh, memory, scratch, source):
+    """Code a face that shares no edge with a known one; `source` is its mesh and its edge when writing."""
+    entering, e = source
+    references, point = scratch[2], scratch[3]
+    writing = not coder[0][READING]
+    if writing:
+        copy_place(point, entering[1][entering[3][e, 0]])
+    a = code_anew(coder, mesh, scratch, 0)
+    copy_place(references[2], references[1])
+    copy_place(references[1], references[0])
+    copy_place(references[0], mesh[1][a])
+    if writing:
+        copy_place(point, entering[1][entering[3][e, 1]])
+    b = code_anew(coder, mesh, scratch, 1)
+    copy_place(references[2], references[1])
+    copy_place(references[1], references[0])
+    copy_place(references[0], mesh[1][b])
+    if writing:
+        copy_place(point, entering[1][entering[3][e, 2]])
+    find_candidates(mesh, memory, scratch, (b, a), NONE)
+    return a, b, code_third(coder, mesh, scratch, 3)
+
+
+@kernel
+def grow(coder, mesh, memory, scratch, source):
+    """Code the face behind an edge (a, b) of a known face, whose candidates were found."""
+    entering, e, a, b, c = source
+    references, point = scratch[2], scratch[3]
+    copy_place(references[0], mesh[1][a])
+    copy_place(references[1], mesh[1][b])
+    copy_place(references[2], mesh[1][c])
+    for axis in range(3):
+        references[3, axis] = references[0, axis] + references[1, axis] - references[2, axis]
+    if e != NONE:
+        copy_place(point, entering[1][entering[3][e, 2]])
+    v = code_third(coder, mesh, scratch, 4)
+    remember(memory, mesh, (a, b, c), v)
+    return v
+
+
+@kernel
+def code_faces(coder, mesh, memory, scratch, source):
+    """Write or read faces, in the order of the stream.
+
+    Parameters
+    ----------
+    coder, mesh, memory, scratch : tuples
+        `mesh` holds the held faces of the object and has room for the others.
+    source : tuple
+        Mesh of the faces to be written, whose face k has edges 3k to 3k + 2 (empty when reading); corners
+        (F, 3, 3) int64 and numbers (F,) int64 in that mesh, to be filled for each face in the order coded.
+    """
+    entering, corners, numbers = source
+    writing = not coder[0][READING]
+    total = len(corners)
+    sent = np.zeros(total + 1, np.bool_)
+    stack = np.zeros(len(mesh[3]) + 1, np.int64)
+    top = mesh[0][EDGES]
+    held = top
+    for i in range(held):
+        stack[i] = held - 1 - i
+    done, start, recent, e = 0, 0, 0, NONE
+    for i in range(3):
+        for k in range(3):
+            scratch[2][i, k] = 0
+    while done < total and not coder[0][FAILED]:
+        if top:
+            top -= 1
+            gate = stack[top]
+            a, b, c = mesh[3][gate, 0], mesh[3][gate, 1], mesh[3][gate, 2]
+            if find_edge(mesh, b, a)[1] != NONE:
+                continue
+            context = (
+                find_candidates(mesh, memory, scratch, (a, b), c) * 4 + (2 if gate < held else 0) + recent
+            )
+            if writing:
+                e = waiting_edge(entering, sent, mesh, (a, b))
+            recent = code_bit(coder, EXISTS + context, 1 if e != NONE else 0)
+            if not recent:
+                if gate >= held:
+                    remember(memory, mesh, (a, b, c), NONE)
+                continue
+            v = grow(coder, mesh, memory, scratch, (entering, e, a, b, c))
+            a, b = b, a
+        else:
+            if writing:
+                while sent[start]:
+                    start += 1
+                e = first_edge(entering, start, mesh)
+            a, b, v = begin_anew(coder, mesh, memory, scratch, (entering, e))
+        for k in range(3):
+            corners[done, 0, k] = mesh[1][a, k]
+            corners[done, 1, k] = mesh[1][b, k]
+            corners[done, 2, k] = mesh[1][v, k]
+            stack[top + k] = mesh[0][EDGES] + k
+        copy_place(scratch[2][0], corners[done, 2])
+        copy_place(scratch[2][1], corners[done, 0])
+        copy_place(scratch[2][2], corners[done, 1])
+        top += 3
+        put_face(mesh, (a, b, v))
+        if writing:
+            numbers[done] = e // 3
+            sent[e // 3] = True
+        done += 1
