@@ -21,6 +21,7 @@ PAGES: dict[str, tuple[str, ...]] = {
     "Visibility, proved": ("docs/visibility.md",),
     "Levels of detail": ("docs/lod.md",),
     "Encoder": ("docs/encoder.md",),
+    "Bandwidth along a route": ("docs/path.md",),
     "Validator": ("validator/README.md",),
     "Conformance": ("conformance/README.md",),
     "Benchmarks": ("benchmarks/README.md",),

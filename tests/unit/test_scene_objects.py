@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tilesnav_ref.scene import SceneSettings
-from tilesnav_ref.morton import morton
-from tilesnav_ref.scene.arrange import Unarranged, arrange
+from tilesnav_ref.scene.arrange import Unarranged, arrange, morton
 from tilesnav_ref.scene.objects import form_objects, kd_groups, merge_small
 
 STEPS = 1024

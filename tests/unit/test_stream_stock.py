@@ -77,7 +77,7 @@ def test_the_way_near_the_ground_leaves_out_cells_on_roofs() -> None:
 
 def test_the_way_stays_among_houses_where_there_are_any() -> None:
     gates = scaled(boxes((12, 2, 1))[0], 20.0)
-    towers = [(x, y, 9.0, 2.0) for x in (60.0, 118.0) for y in (-20.0, 60.0)]
+    towers = [(x, y, 9.0, 2.0) for x in (60.0, 90.0, 118.0) for y in (-15.0, 55.0)]
     among = stock_route(map_of(GROUND, *towers), gates, "ground")
     everywhere = stock_route(map_of(GROUND), gates, "ground")
     assert everywhere.points[:, 0].max() > 220.0

@@ -165,10 +165,10 @@ def _heading(found: Figures) -> str:
 
 def _bandwidths(found: Figures) -> Table:
     """Means and peaks are without the start; a vehicle holds what it needs there, or all that it ever got."""
-    table = _table("what a vehicle receives (kB are 1000 bytes; mean, peak and B/m without the start)")
+    table = _table("what a vehicle receives; mean, peak and B/m are without the start")
     for column in ("way", "holds"):
-        table.add_column(column)
-    for column in ("start kB", "mean kB/s", "peak kB/s", "B/m", "all kB", "faces held", ".glb all kB"):
+        table.add_column(column, no_wrap=True)
+    for column in ("start\nkB", "mean\nkB/s", "peak\nkB/s", "B/m", "all\nkB", "faces\nheld", ".glb\nkB"):
         table.add_column(column, justify="right")
     retained = found["settings"]["retain"]
     needed = f"needed + {retained:,}" if retained else "needed"
@@ -196,7 +196,15 @@ def _table(title: str) -> Table:
 def _packets(drives: Figures) -> Table:
     table = _table("packets of a vehicle that holds what it needs")
     table.add_column("lod")
-    columns = ("packets", "key frames", "start, B/new face", "later", "apply ms, median", "95 %", "make ms")
+    columns = (
+        "packets",
+        "key\nframes",
+        "start,\nB/new face",
+        "later,\nB/new face",
+        "apply ms,\nmedian",
+        "apply ms,\n95 %",
+        "make ms,\nmedian",
+    )
     for column in columns:
         table.add_column(column, justify="right")
     for name, one in drives.items():

@@ -5,15 +5,12 @@ from __future__ import annotations
 from tilesnav_ref.packet.geometry import decode_body, encode_body
 from tilesnav_ref.packet.model import Limits, PacketError
 from tilesnav_ref.packet.plain import decode_plain, encode_plain
-from tilesnav_ref.packet.state import HeldState, Parts, check_parts, face_count
+from tilesnav_ref.packet.state import HeldState, Parts, check_parts
 from tilesnav_ref.packet.wire import CODED, NO_MARK, PLAIN, Packet
-
-PLAIN_TRIED = 64
-"""Faces by which a state may grow for the plain codec to be tried: beyond that it has never been the smaller."""
 
 
 def make_packet(before: HeldState | None, after: HeldState) -> Packet:
-    """Return the packet that leads from a state to another, with the codec that makes it the smaller.
+    """Return the packet that leads from a state to another.
 
     Parameters
     ----------
@@ -21,6 +18,11 @@ def make_packet(before: HeldState | None, after: HeldState) -> Packet:
         What the vehicle holds; None for a key frame.
     after : HeldState
         What it is to hold, of the same map.
+
+    Returns
+    -------
+    Packet
+        Its body is coded, or plain where an object or a face has a number that is too large for that.
     """
     if before is not None and before.map_name != after.map_name:
         raise ValueError(f"states of the maps {before.map_name.hex()} and {after.map_name.hex()}")
@@ -78,16 +80,11 @@ def apply_packet(packet: Packet, held: HeldState | None, limits: Limits) -> Held
 
 
 def _encode(before: Parts, after: Parts) -> tuple[int, bytes]:
-    """Codec and body: the coded one, or a plain one that is smaller."""
+    """Codec and body."""
     try:
-        coded = encode_body(before, after)
+        return CODED, encode_body(before, after)
     except PacketError:  # numbers that only the plain codec can carry
         return PLAIN, encode_plain(before, after)
-    new = face_count(after) - face_count(before)
-    if new > PLAIN_TRIED:
-        return CODED, coded
-    plain = encode_plain(before, after)
-    return (PLAIN, plain) if len(plain) < len(coded) else (CODED, coded)
 
 
 def _decode(packet: Packet, before: Parts, limits: Limits) -> Parts:

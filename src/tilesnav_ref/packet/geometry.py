@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_ref.morton import morton
 from tilesnav_ref.packet.coder import (
     FAILED,
     NUMBER_CONTEXTS,
@@ -21,6 +21,7 @@ from tilesnav_ref.packet.coder import (
 )
 from tilesnav_ref.packet.geometry_faces import CONTEXTS, code_faces, new_scratch
 from tilesnav_ref.packet.geometry_mesh import LIMIT, new_memory, new_mesh, put_corners, remember_held
+from tilesnav_ref.packet.geometry_order import canonical, order_of, places_of
 from tilesnav_ref.packet.model import Limits, ObjectFaces, PacketError
 from tilesnav_ref.packet.numbers import (
     LARGEST_NUMBER,
@@ -143,20 +144,8 @@ def _check(part: ObjectFaces) -> None:
 
 def _check_objects(parts: Sequence[ObjectFaces]) -> None:
     numbers = [part.object for part in parts]
-    if any(b <= a for a, b in zip(numbers, numbers[1:], strict=False)):
+    if any(b <= a for a, b in itertools.pairwise(numbers)):
         raise PacketError(f"objects {numbers}; allowed: ascending")
-
-
-def canonical(corners: NDArray[Any]) -> NDArray[Any]:
-    """(F, 3, 3) corners turned so that each face starts with the least rotation of its nine coordinates."""
-    best = corners
-    for turn in (1, 2):
-        other = np.roll(corners, -turn, axis=1)
-        a, b = other.reshape(-1, 9), best.reshape(-1, 9)
-        rows = np.arange(len(a))
-        first = np.argmax(a != b, axis=1)
-        best = np.where((a[rows, first] < b[rows, first])[:, None, None], other, best)
-    return best
 
 
 def _compare(before: Sequence[ObjectFaces], after: Sequence[ObjectFaces]) -> list[_Change]:
@@ -171,8 +160,10 @@ def _compare(before: Sequence[ObjectFaces], after: Sequence[ObjectFaces]) -> lis
         elif a is None or (a.level, a.flags) != (b.level, b.flags):
             changes.append(_Change(a, b, REPLACED, number, b.level, b.flags, 0, len(b.faces)))
         else:
-            common = len(np.intersect1d(a.faces, b.faces, assume_unique=True))
-            left, entered = len(a.faces) - common, len(b.faces) - common
+            _, old_rows, new_rows = np.intersect1d(a.faces, b.faces, assume_unique=True, return_indices=True)
+            if not np.array_equal(a.corners[old_rows], b.corners[new_rows]):
+                raise PacketError(f"object {number}: a face has other corners afterwards")
+            left, entered = len(a.faces) - len(old_rows), len(b.faces) - len(new_rows)
             action = CHANGED if left or entered else SAME
             changes.append(_Change(a, b, action, number, a.level, a.flags, left, entered))
     return changes
@@ -278,28 +269,29 @@ def _code_change(coder: Any, change: _Change, memory: Any, scratch: Any) -> Obje
         leaves[:] = ~np.isin(faces, target.faces, assume_unique=True)
     code_leaving(coder, LEAVES, change.left, leaves)
     numbers = np.zeros(change.entered, np.int64)
-    entering = np.zeros((change.entered, 3, 3), np.int64)
+    entering = np.zeros((0, 3, 3), np.int32)
     if change.entered:
+        coded = np.zeros((change.entered, 3, 3), np.int64)
         source = new_mesh(0)
         if target is not None:
             enters = ~np.isin(target.faces, faces, assume_unique=True)
             source = new_mesh(change.entered)
-            put_corners(source, target.corners[enters].astype(np.int64))
+            put_corners(source, target.corners[enters])
         mesh = new_mesh(len(faces) + change.entered)
-        put_corners(mesh, corners.astype(np.int64))
+        put_corners(mesh, corners)
         remember_held(memory, mesh)
-        code_faces(coder, mesh, memory, scratch, (source, entering, numbers))
+        code_faces(coder, mesh, memory, scratch, (source, coded, numbers))
         _check_coder(coder)
         if target is not None:
             numbers = target.faces[enters].astype(np.int64)[numbers]
-        entering, numbers = _code_numbers(coder, faces, corners, entering, numbers)
+        entering, numbers = _code_numbers(coder, faces, corners, coded, numbers)
     stays = leaves == 0
     found = np.concatenate((faces[stays], numbers))
     order = np.argsort(found, kind="stable")
     found = found[order]
     if np.any(np.diff(found) == 0):
         raise PacketError(f"packet body: object {change.number} has a face twice")
-    joined = np.concatenate((corners[stays], entering.astype(np.int32)))[order]
+    joined = np.concatenate((corners[stays], entering))[order]
     return ObjectFaces(change.number, change.level, change.flags, found.astype(np.uint32), joined)
 
 
@@ -307,27 +299,13 @@ def _code_numbers(
     coder: Any, faces: Ints, corners: NDArray[np.int32], entering: Ints, numbers: Ints
 ) -> tuple[Ints, Ints]:
     """Code the numbers of entering faces; returns these faces in the order of space, and their numbers."""
-    entering = canonical(entering)
-    order = _order(entering)
+    entering = canonical(entering.astype(np.int32))
+    places = places_of(entering)
+    order = order_of(entering, places)
     entering, numbers = entering[order], numbers[order]
-    places = np.concatenate((_keys(corners), _keys(entering)))
-    merged = np.argsort(places, kind="stable")
+    merged = np.argsort(np.concatenate((places_of(corners), places[order])), kind="stable")
     held = np.concatenate((faces, np.full(len(entering), -1)))[merged]
     all_numbers = np.concatenate((faces, numbers))[merged]
     code_places(coder, PLACES, held, all_numbers)
     _check_coder(coder)
     return entering, all_numbers[held < 0]
-
-
-def _keys(corners: NDArray[Any]) -> NDArray[np.uint64]:
-    """Place of each face on the curve that contents are ordered by."""
-    return morton(corners.astype(np.int64).sum(axis=1) // 3)
-
-
-def _order(corners: Ints) -> NDArray[np.intp]:
-    """Order of faces on the curve; at one place by their corners."""
-    keys = _keys(corners)
-    order = np.argsort(keys, kind="stable")
-    if np.any(np.diff(keys[order].view(np.int64)) == 0):
-        order = np.lexsort((*corners.reshape(-1, 9).T[::-1], keys))
-    return order

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from tilesnav_ref.kernels import kernel
-from tilesnav_ref.packet.coder import FAILED, NUMBER_CONTEXTS, READING, code_bit, code_even, code_signed
+from tilesnav_ref.packet.coder import FAILED, NUMBER_CONTEXTS, READING, code_bit, code_number, code_signed
 from tilesnav_ref.packet.geometry_mesh import (
     EDGES,
     LIMIT,
@@ -29,19 +29,21 @@ from tilesnav_ref.packet.geometry_mesh import (
 from tilesnav_ref.packet.numbers import LEAVES_CONTEXTS, PLACES_CONTEXTS
 
 EXISTS = 6 * NUMBER_CONTEXTS + LEAVES_CONTEXTS + PLACES_CONTEXTS
-"""First context of whether a face is at an edge: 3 x 3 x 2 x 2."""
-CHOICE = EXISTS + 36
-"""First context of whether a candidate is the third vertex: 32 masks x 3."""
-POINT_CONTEXTS = 72 + 3 * (NUMBER_CONTEXTS + 1)
-"""For a place: 3 axes x 6 x 4 of what it equals, 3 axes of differences."""
-THIRD = CHOICE + 96
-FIRST = THIRD + POINT_CONTEXTS
-CONTEXTS = FIRST + 2 * (POINT_CONTEXTS + 1)
-CANDIDATES = 6
+"""First context of whether a face is at an edge: 3 x 2 x 2."""
+CHOICE = EXISTS + 12
+"""First context of whether a candidate is the third vertex: 16 masks x 3."""
+POINT_CONTEXTS = 36 + 3 * (NUMBER_CONTEXTS + 1)
+"""For a place: 3 axes x 4 x 3 of what it equals, 3 axes of differences."""
+VERTEX_CONTEXTS = 1 + NUMBER_CONTEXTS + POINT_CONTEXTS
+"""For a vertex: known or not, its number, its place."""
+VERTEX = CHOICE + 48
+"""First context of the first, the second and the third vertex of a face."""
+CONTEXTS = VERTEX + 3 * VERTEX_CONTEXTS
+CANDIDATES = 4
 """Candidates for a third vertex at most."""
 INSPECTED = 8
 """Edges at a vertex that are looked at for candidates, latest first."""
-MEMORY, PARALLELOGRAM, LEFT, RIGHT, KNOWN = 1, 2, 4, 8, 16
+MEMORY, PARALLELOGRAM, LEFT, RIGHT = 1, 2, 4, 8
 """Reasons for a candidate."""
 
 
@@ -49,7 +51,7 @@ def new_scratch() -> Any:
     """Places of candidates, their reasons, how many; places of references; the place that is coded."""
     candidates = np.zeros((CANDIDATES, 3), np.int64)
     masks = np.zeros(CANDIDATES + 1, np.int64)
-    return candidates, masks, np.zeros((4, 3), np.int64), np.zeros(3, np.int64)
+    return candidates, masks, np.zeros((3, 3), np.int64), np.zeros(3, np.int64)
 
 
 @kernel
@@ -61,7 +63,7 @@ def copy_place(target, source):
 
 
 @kernel
-def add_candidate(mesh, scratch, place, reason):
+def add_candidate(scratch, place, reason):
     """Note a candidate, or that a candidate has one more reason."""
     candidates, masks = scratch[0], scratch[1]
     x, y, z = place
@@ -75,7 +77,7 @@ def add_candidate(mesh, scratch, place, reason):
     candidates[count, 0] = x
     candidates[count, 1] = y
     candidates[count, 2] = z
-    masks[count] = reason | (KNOWN if find_vertex(mesh, x, y, z)[1] != NONE else 0)
+    masks[count] = reason
     masks[CANDIDATES] = count + 1
 
 
@@ -93,7 +95,7 @@ def add_neighbours(mesh, scratch, edge, opposite):
             reverse = find_edge(mesh, vertex, w)[1] if side == 0 else find_edge(mesh, w, vertex)[1]
             if w != opposite and reverse == NONE:
                 place = (places[w, 0], places[w, 1], places[w, 2])
-                add_candidate(mesh, scratch, place, LEFT if side == 0 else RIGHT)
+                add_candidate(scratch, place, LEFT if side == 0 else RIGHT)
             e = mesh[6][e, 1 - side]
 
 
@@ -114,37 +116,34 @@ def find_candidates(mesh, memory, scratch, edge, opposite):
             state = 1 + memory[2][n, 3]
         if state == 2:
             x, y, z = memory[2][n, 0], memory[2][n, 1], memory[2][n, 2]
-            add_candidate(mesh, scratch, (places[a, 0] + x, places[a, 1] + y, places[a, 2] + z), MEMORY)
+            add_candidate(scratch, (places[a, 0] + x, places[a, 1] + y, places[a, 2] + z), MEMORY)
         x = places[a, 0] + places[b, 0] - places[opposite, 0]
         y = places[a, 1] + places[b, 1] - places[opposite, 1]
         z = places[a, 2] + places[b, 2] - places[opposite, 2]
-        add_candidate(mesh, scratch, (x, y, z), PARALLELOGRAM)
+        add_candidate(scratch, (x, y, z), PARALLELOGRAM)
     add_neighbours(mesh, scratch, edge, opposite)
-    closing = 0
-    for k in range(masks[CANDIDATES]):
-        closing = max(closing, (masks[k] >> 2 & 1) + (masks[k] >> 3 & 1))
-    return state * 3 + closing
+    return state
 
 
 @kernel
-def code_point(coder, first, references, count, point):
-    """Code a place axis by axis: equal to one of `count` references, or by the difference from the first."""
+def code_point(coder, first, references, point):
+    """Code a place axis by axis: equal to one of three references, or by the difference from the first."""
     last = 0
     for axis in range(3):
         source = 0
-        for k in range(count):
+        for k in range(3):
             value = references[k, axis]
             repeated = False
             for j in range(k):
                 repeated |= references[j, axis] == value
-            context = first + (axis * 6 + last) * 4 + k
+            context = first + (axis * 4 + last) * 3 + k
             if not repeated and code_bit(coder, context, 1 if point[axis] == value else 0):
                 point[axis] = value
                 source = k + 1
                 break
         if source == 0:
             base = references[0, axis]
-            context = first + 72 + axis * (NUMBER_CONTEXTS + 1)
+            context = first + 36 + axis * (NUMBER_CONTEXTS + 1)
             point[axis] = base + code_signed(coder, context, point[axis] - base)
             if abs(point[axis]) >= LIMIT:
                 coder[0][FAILED] = 1
@@ -153,40 +152,31 @@ def code_point(coder, first, references, count, point):
 
 
 @kernel
-def code_third(coder, mesh, scratch, count):
-    """Code the third vertex of a face: one of the candidates, else by its place; returns it."""
-    candidates, masks, references, point = scratch
-    chosen = False
-    for k in range(masks[CANDIDATES]):
-        same = point[0] == candidates[k, 0] and point[1] == candidates[k, 1] and point[2] == candidates[k, 2]
-        if code_bit(coder, CHOICE + masks[k] * 3 + min(k, 2), 1 if same else 0):
-            copy_place(point, candidates[k])
-            chosen = True
-            break
-    if not chosen:
-        code_point(coder, THIRD, references, count, point)
-    return put_vertex(mesh, point[0], point[1], point[2])
-
-
-@kernel
-def code_anew(coder, mesh, scratch, k):
-    """Code vertex `k` (0 or 1) of a face that shares no edge: by its number, else by its place; returns it."""
+def code_vertex(coder, mesh, scratch, first):
+    """Code a vertex: a known one by how many are newer, else a new one by its place; returns it."""
     references, point = scratch[2], scratch[3]
-    first = FIRST + k * (POINT_CONTEXTS + 1)
     vertices = mesh[0][VERTICES]
     if vertices:
         v = find_vertex(mesh, point[0], point[1], point[2])[1]
         if code_bit(coder, first, 1 if v != NONE else 0):
-            width = 0
-            while (vertices - 1) >> width:
-                width += 1
-            v = vertices - 1 - code_even(coder, width, vertices - 1 - v)
+            v = vertices - 1 - code_number(coder, first + 1, vertices - 1 - v)
             if v < 0:
                 coder[0][FAILED] = 1
                 v = 0
             return v
-    code_point(coder, first + 1, references, 3, point)
+    code_point(coder, first + 1 + NUMBER_CONTEXTS, references, point)
     return put_vertex(mesh, point[0], point[1], point[2])
+
+
+@kernel
+def code_third(coder, mesh, scratch):
+    """Code the third vertex of a face: one of the candidates, else any; returns it."""
+    candidates, masks, _references, point = scratch
+    for k in range(masks[CANDIDATES]):
+        same = point[0] == candidates[k, 0] and point[1] == candidates[k, 1] and point[2] == candidates[k, 2]
+        if code_bit(coder, CHOICE + masks[k] * 3 + min(k, 2), 1 if same else 0):
+            return put_vertex(mesh, candidates[k, 0], candidates[k, 1], candidates[k, 2])
+    return code_vertex(coder, mesh, scratch, VERTEX + 2 * VERTEX_CONTEXTS)
 
 
 @kernel
@@ -196,7 +186,7 @@ def waiting_edge(entering, sent, mesh, edge):
     places = mesh[1]
     u = find_vertex(entering, places[a, 0], places[a, 1], places[a, 2])[1]
     v = find_vertex(entering, places[b, 0], places[b, 1], places[b, 2])[1]
-    if u == NONE or v == NONE:
+    if NONE in (u, v):
         return NONE
     e = entering[5][v, 0]
     while e != NONE:
@@ -232,20 +222,37 @@ def begin_anew(coder, mesh, memory, scratch, source):
     writing = not coder[0][READING]
     if writing:
         copy_place(point, entering[1][entering[3][e, 0]])
-    a = code_anew(coder, mesh, scratch, 0)
+    a = code_vertex(coder, mesh, scratch, VERTEX)
     copy_place(references[2], references[1])
     copy_place(references[1], references[0])
     copy_place(references[0], mesh[1][a])
     if writing:
         copy_place(point, entering[1][entering[3][e, 1]])
-    b = code_anew(coder, mesh, scratch, 1)
+    b = code_vertex(coder, mesh, scratch, VERTEX + VERTEX_CONTEXTS)
     copy_place(references[2], references[1])
     copy_place(references[1], references[0])
     copy_place(references[0], mesh[1][b])
     if writing:
         copy_place(point, entering[1][entering[3][e, 2]])
     find_candidates(mesh, memory, scratch, (b, a), NONE)
-    return a, b, code_third(coder, mesh, scratch, 3)
+    return a, b, code_third(coder, mesh, scratch)
+
+
+@kernel
+def code_gate(coder, mesh, memory, scratch, source):
+    """Code whether there is a face behind an edge (a, b) of a known face (a, b, c).
+
+    Returns 1 or 0, and the edge of that face when writing.
+    """
+    entering, sent, a, b, c, state = source
+    context = EXISTS + find_candidates(mesh, memory, scratch, (a, b), c) * 4 + state
+    e = NONE
+    if not coder[0][READING]:
+        e = waiting_edge(entering, sent, mesh, (a, b))
+    found = code_bit(coder, context, 1 if e != NONE else 0)
+    if not found and state < 2:
+        remember(memory, mesh, (a, b, c), NONE)
+    return found, e
 
 
 @kernel
@@ -256,11 +263,9 @@ def grow(coder, mesh, memory, scratch, source):
     copy_place(references[0], mesh[1][a])
     copy_place(references[1], mesh[1][b])
     copy_place(references[2], mesh[1][c])
-    for axis in range(3):
-        references[3, axis] = references[0, axis] + references[1, axis] - references[2, axis]
     if e != NONE:
         copy_place(point, entering[1][entering[3][e, 2]])
-    v = code_third(coder, mesh, scratch, 4)
+    v = code_third(coder, mesh, scratch)
     remember(memory, mesh, (a, b, c), v)
     return v
 
@@ -287,9 +292,6 @@ def code_faces(coder, mesh, memory, scratch, source):
     for i in range(held):
         stack[i] = held - 1 - i
     done, start, recent, e = 0, 0, 0, NONE
-    for i in range(3):
-        for k in range(3):
-            scratch[2][i, k] = 0
     while done < total and not coder[0][FAILED]:
         if top:
             top -= 1
@@ -297,15 +299,9 @@ def code_faces(coder, mesh, memory, scratch, source):
             a, b, c = mesh[3][gate, 0], mesh[3][gate, 1], mesh[3][gate, 2]
             if find_edge(mesh, b, a)[1] != NONE:
                 continue
-            context = (
-                find_candidates(mesh, memory, scratch, (a, b), c) * 4 + (2 if gate < held else 0) + recent
-            )
-            if writing:
-                e = waiting_edge(entering, sent, mesh, (a, b))
-            recent = code_bit(coder, EXISTS + context, 1 if e != NONE else 0)
+            gate_state = (2 if gate < held else 0) + recent
+            recent, e = code_gate(coder, mesh, memory, scratch, (entering, sent, a, b, c, gate_state))
             if not recent:
-                if gate >= held:
-                    remember(memory, mesh, (a, b, c), NONE)
                 continue
             v = grow(coder, mesh, memory, scratch, (entering, e, a, b, c))
             a, b = b, a
@@ -316,13 +312,9 @@ def code_faces(coder, mesh, memory, scratch, source):
                 e = first_edge(entering, start, mesh)
             a, b, v = begin_anew(coder, mesh, memory, scratch, (entering, e))
         for k in range(3):
-            corners[done, 0, k] = mesh[1][a, k]
-            corners[done, 1, k] = mesh[1][b, k]
-            corners[done, 2, k] = mesh[1][v, k]
+            copy_place(corners[done, k], mesh[1][(a, b, v)[k]])
+            copy_place(scratch[2][(k + 1) % 3], corners[done, k])
             stack[top + k] = mesh[0][EDGES] + k
-        copy_place(scratch[2][0], corners[done, 2])
-        copy_place(scratch[2][1], corners[done, 0])
-        copy_place(scratch[2][2], corners[done, 1])
         top += 3
         put_face(mesh, (a, b, v))
         if writing:

@@ -21,7 +21,7 @@ LIMIT = 1 << 23
 def new_mesh(faces: int) -> Any:
     """Return an empty mesh with room for a number of faces.
 
-    A tuple: counts; places (V, 3) of vertices; hash table of vertices; edges (E, 3) from, to and third vertex;
+    A tuple: counts; places (V, 3) of vertices; their hash table; edges (E, 3): from, to, third vertex;
     hash table of edges; latest edge from and latest edge to each vertex (V, 2); the edges before them (E, 2).
     """
     room = 3 * faces
@@ -92,8 +92,8 @@ def find_edge(mesh, a, b):
 def put_face(mesh, face):
     """Put a face in; a directed edge that is there already is known by its latest face."""
     a, b, c = face
-    for k in range(3):
-        slot, before = find_edge(mesh, a, b)
+    for _k in range(3):
+        slot, _before = find_edge(mesh, a, b)
         e = mesh[0][EDGES]
         mesh[0][EDGES] = e + 1
         mesh[3][e, 0] = a
@@ -159,11 +159,12 @@ def remember(memory, mesh, face, v):
 @kernel
 def put_corners(mesh, corners):
     """Put faces in by their corners, (F, 3, 3) integers."""
+    vertices = np.zeros(3, np.int64)
     for i in range(len(corners)):
-        a = put_vertex(mesh, corners[i, 0, 0], corners[i, 0, 1], corners[i, 0, 2])
-        b = put_vertex(mesh, corners[i, 1, 0], corners[i, 1, 1], corners[i, 1, 2])
-        c = put_vertex(mesh, corners[i, 2, 0], corners[i, 2, 1], corners[i, 2, 2])
-        put_face(mesh, (a, b, c))
+        for k in range(3):
+            x, y, z = corners[i, k, 0], corners[i, k, 1], corners[i, k, 2]
+            vertices[k] = put_vertex(mesh, np.int64(x), np.int64(y), np.int64(z))
+        put_face(mesh, (vertices[0], vertices[1], vertices[2]))
 
 
 @kernel

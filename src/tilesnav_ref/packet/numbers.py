@@ -6,7 +6,7 @@ from tilesnav_ref.kernels import kernel
 from tilesnav_ref.packet.coder import FAILED, NUMBER_CONTEXTS, code_bit, code_number
 
 LEAVES_CONTEXTS = 4
-PLACES_CONTEXTS = 2 * 8 + NUMBER_CONTEXTS
+PLACES_CONTEXTS = 2 * 8 + 8 * NUMBER_CONTEXTS
 LARGEST_NUMBER = (1 << 24) - 1
 """Of faces and of objects."""
 
@@ -72,7 +72,7 @@ def code_places(coder, first, held, numbers):
         difference = numbers[i] - expected
         if code_bit(coder, first + room, 1 if difference != 0 else 0):
             negative = code_bit(coder, first + 8 + room, 1 if difference < 0 else 0)
-            size = code_number(coder, first + 16, abs(difference) - 1) + 1
+            size = code_number(coder, first + 16 + room * NUMBER_CONTEXTS, abs(difference) - 1) + 1
             difference = -size if negative else size
         else:
             difference = 0

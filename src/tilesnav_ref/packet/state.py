@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from tilesnav_ref.packet.model import Limits, ObjectFaces, PacketError
 
+Buffer = bytes | memoryview
 Parts = tuple[ObjectFaces, ...]
 """Of different objects, ascending."""
 
@@ -46,11 +47,11 @@ class HeldState:
 
     def canonical_bytes(self) -> bytes:
         """Map, cell, exactness and parts, little-endian, as the specification lays them down."""
-        chunks = [STATE.pack(self.map_name, self.cell, self.exact, len(self.parts))]
+        chunks: list[Buffer] = [STATE.pack(self.map_name, self.cell, self.exact, len(self.parts))]
         for part in self.parts:
             chunks.append(PART.pack(part.object, part.level, part.flags, len(part.faces)))
-            chunks.append(part.faces.astype("<u4").tobytes())
-            chunks.append(part.corners.astype("<i4").tobytes())
+            chunks.append(np.ascontiguousarray(part.faces, "<u4").data)
+            chunks.append(np.ascontiguousarray(part.corners, "<i4").data)
         return b"".join(chunks)
 
     @cached_property

@@ -136,8 +136,8 @@ class _Comparison:
             return range_selection(tree, point, reach)
 
         yield from self._both("tiles", f"tiles, {pixels:g} px", (tiles, in_tileset), by_screen)
-        yield from self._both("objects", f"a tile an object, {pixels:g} px", (objects, points), by_screen)
-        yield from self._both("range", f"all within {reach:g} m, finest", (objects, points), by_range)
+        yield from self._both("objects", f"object tiles, {pixels:g} px", (objects, points), by_screen)
+        yield from self._both("range", f"within {reach:g} m, finest", (objects, points), by_range)
 
     def _both(
         self,

@@ -16,7 +16,7 @@ from tilesnav_ref.stream.bandwidth import Series
 from tilesnav_ref.stream.delivery import Delivery
 from tilesnav_ref.stream.policy import LevelPolicy
 from tilesnav_ref.stream.retention import new_faces
-from tilesnav_ref.stream.route import Route
+from tilesnav_ref.stream.route import Passage, Route
 from tilesnav_ref.stream.sender import LIMITS, Sender
 
 SPEED_LIMITS = (0.01, 1000.0)
@@ -62,9 +62,9 @@ class Drive:
     new_faces: NDArray[np.int64]
     """(S,) faces held after a packet that were not held before it."""
     apply_seconds: NDArray[np.float64]
-    """(S,) time that the client took for each packet."""
+    """(S,) processor time that the client took for each packet."""
     make_seconds: NDArray[np.float64]
-    """(S,) time that the sender took."""
+    """(S,) processor time that the sender took."""
     packets: tuple[bytes, ...]
 
 
@@ -89,42 +89,51 @@ def drive(delivery: Delivery, route: Route, settings: DriveSettings) -> Drive:
     at once and none is lost. The first one is given to another client beforehand, so that no time
     contains the compilation of kernels.
     """
-    sender = Sender(delivery, settings.policy, settings.retain)
-    client = _client(delivery)
-    packets: list[bytes] = []
-    rows: list[tuple[float, ...]] = []
+    sender, client = Sender(delivery, settings.policy, settings.retain), _client(delivery)
+    steps: list[_Step] = []
     for passage in route.passages:
         held = client.state.parts if client.state else ()
-        times = [time.perf_counter()]
+        begin = time.thread_time()
         packet = sender.packet(passage.cell)
-        if not packets:
+        made = time.thread_time()
+        if not steps:
             _client(delivery).receive(packet)
-            times = [time.perf_counter()]
-        times.append(time.perf_counter())
+        applying = time.thread_time()
         outcome = client.receive(packet)
-        times.append(time.perf_counter())
+        applied = time.thread_time()
         state = client.state
         if outcome.verdict is not Verdict.APPLIED or state is None:
             raise PacketError(f"packet to cell {passage.cell}: {outcome.verdict.value}: {outcome.reason}")
         sender.acknowledge((state.cell, state.mark))
-        packets.append(packet)
-        rows.append(
-            (passage.begin / settings.speed, state.face_count, _new_faces(held, state.parts), *np.diff(times))
-        )
-    table = np.array(rows)
+        new = _new_faces(held, state.parts)
+        steps.append(_Step(passage, packet, state.face_count, new, made - begin, applied - applying))
+    return _collect(steps, route.length / settings.speed, settings.speed)
+
+
+@dataclass(frozen=True)
+class _Step:
+    passage: Passage
+    packet: bytes
+    held: int
+    new: int
+    making: float
+    applying: float
+
+
+def _collect(steps: list[_Step], duration: float, speed: float) -> Drive:
     return Drive(
         Series(
-            table[:, 0],
-            np.array([len(packet) for packet in packets], np.int64),
-            table[:, 1].astype(np.int64),
-            route.length / settings.speed,
+            np.array([step.passage.begin / speed for step in steps]),
+            np.array([len(step.packet) for step in steps], np.int64),
+            np.array([step.held for step in steps], np.int64),
+            duration,
         ),
-        np.array([passage.cell for passage in route.passages], np.int64),
-        np.array([read_packet(packet).is_key_frame for packet in packets]),
-        table[:, 2].astype(np.int64),
-        table[:, 4],
-        table[:, 3],
-        tuple(packets),
+        np.array([step.passage.cell for step in steps], np.int64),
+        np.array([read_packet(step.packet).is_key_frame for step in steps]),
+        np.array([step.new for step in steps], np.int64),
+        np.array([step.applying for step in steps]),
+        np.array([step.making for step in steps]),
+        tuple(step.packet for step in steps),
     )
 
 

@@ -71,7 +71,7 @@ def _data(axes: Any, result: PathResult) -> None:
         axes.plot(times, driven.series.received(times) / 1e3, color=COLOURS[name], label=name)
     axes.set_title("data received, the start included")
     axes.set_ylabel("kB")
-    _finish(axes, result)
+    _finish(axes, result, place="upper left")
 
 
 def _bandwidth(axes: Any, result: PathResult) -> None:
@@ -111,7 +111,7 @@ def _comparison(axes: Any, result: PathResult) -> None:
     axes.set_yscale("log")
     low, high = axes.get_ylim()
     # The lower part is for the legend.
-    axes.set_ylim(low**2 / high, high)
+    axes.set_ylim(low * (low / high) ** 0.35, high)
     _finish(axes, result, place="lower right", columns=2, size=7)
 
 
@@ -120,7 +120,7 @@ def _all_data(axes: Any, series: Series, **style: Any) -> None:
     axes.plot(times, series.received(times) / 1e3, linewidth=1.3, **style)
 
 
-def _finish(axes: Any, result: PathResult, place: str = "best", columns: int = 1, size: int = 8) -> None:
+def _finish(axes: Any, result: PathResult, place: str, columns: int = 1, size: int = 8) -> None:
     axes.set_xlabel("time, s")
     axes.set_xlim(0.0, next(iter(result.drives.values())).series.duration)
     if axes.get_yscale() == "linear":

@@ -2,12 +2,14 @@
 
 Notes
 -----
-Both go through portals that stand upright, along the level line of each at one height, and visit four
-stops. The portals lie among houses: there is a roof within 60 m in each quarter of the compass (where
-this leaves none, all portals at that height count). In the largest connected part of them, the first stop
-is the one farthest (along the portals) from the one nearest to its middle, the second the one farthest
-from the first, and each next the one farthest from all before. They are visited in this order. Ties go to
-the portal of the smallest number; so the same tileset has the same routes.
+Both go through portals that stand upright, along the level line of each at one height: the height z that
+three quarters of the area of the roofs lie below, or 1.5 m over the lower border of portals near the
+ground. They visit four stops in the largest part that these portals connect. Stops lie among houses:
+there is a roof within 60 m in each quarter of the compass (all portals of the part count where this
+leaves fewer than two). The first stop is the one farthest, along the portals, from the one nearest to the
+middle, the second the one farthest from the first, and each next the one farthest from all before. They
+are visited in this order. Ties go to the portal of the smallest number; so the same tileset has the same
+routes.
 """
 
 from __future__ import annotations
@@ -61,10 +63,13 @@ def stock_route(tileset: NavTileset, gates: Gates, name: str) -> Route:
         kept, lines = level_lines(gates, gate_low + RIDE)
         near = _near_ground(gates.middles[:, :2], gate_low, kept)
         kept, lines = kept[near], lines[near]
-    among = _among(roofs, gates.middles[kept, :2])
-    if among.any():
-        kept, lines = kept[among], lines[among]
-    return _tour(gates.select(kept, lines), name)
+    narrow = gates.select(kept, lines)
+    stops = _stops(narrow, _among(roofs, gates.middles[kept, :2])) if narrow.count else []
+    if len(stops) < 2:
+        raise RouteError(
+            f"route {name}: found {len(stops)} stops at that height; allowed: two or more; give way points"
+        )
+    return _tour(narrow, stops)
 
 
 @dataclass(frozen=True)
@@ -76,7 +81,7 @@ class Roofs:
     areas: NDArray[np.float64]
     """(F,) m2."""
     plan: NDArray[np.float64]
-    """(K, 2) corners and middles as seen from above, one in each square of 4 m."""
+    """(K, 2) corners and middles of edges and faces as seen from above, one in each square of 4 m."""
 
 
 def find_roofs(tileset: NavTileset) -> Roofs:
@@ -86,7 +91,9 @@ def find_roofs(tileset: NavTileset) -> Roofs:
     areas, middles = np.linalg.norm(normals, axis=1), corners.mean(axis=1)
     high = middles[:, 2] > corners[:, :, 2].min(initial=np.inf) + ROOF_LEAST
     chosen = high & (np.abs(normals[:, 2]) > LEVEL * areas)
-    points = np.concatenate((corners[chosen].reshape(-1, 3), middles[chosen]))[:, :2]
+    corners = corners[chosen]
+    halves = (corners + np.roll(corners, -1, axis=1)) / 2
+    points = np.concatenate((corners, halves, middles[chosen, None]), axis=1).reshape(-1, 3)[:, :2]
     _, one_each = np.unique(np.floor(points / BIN), axis=0, return_index=True)
     return Roofs(middles[chosen], areas[chosen], points[one_each])
 
@@ -158,12 +165,7 @@ def _near_ground(
     return np.array([low[g] <= low[many].min() + FLOOR_RISE for g, many in zip(asked, around, strict=True)])
 
 
-def _tour(gates: Gates, name: str) -> Route:
-    stops = _stops(gates) if gates.count else []
-    if len(stops) < 2:
-        raise RouteError(
-            f"route {name}: found {len(stops)} stops at that height; allowed: two or more; give way points"
-        )
+def _tour(gates: Gates, stops: list[int]) -> Route:
     pieces = []
     for source, target in pairwise(stops):
         passed = reach_from_gate(gates, source).way(target)
@@ -174,10 +176,12 @@ def _tour(gates: Gates, name: str) -> Route:
     return join(pieces)
 
 
-def _stops(gates: Gates) -> list[int]:
+def _stops(gates: Gates, among: NDArray[np.bool_]) -> list[int]:
     """Gates to visit, in order."""
     _, part = connected_components(gates.graph, directed=False)
     members = np.flatnonzero(part == np.argmax(np.bincount(part)))
+    if np.count_nonzero(among[members]) > 1:
+        members = members[among[members]]
     middle = gates.middles[members].mean(axis=0)
     centre = int(members[np.argmin(np.linalg.norm(gates.middles[members] - middle, axis=1))])
     stops: list[int] = []
