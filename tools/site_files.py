@@ -22,6 +22,7 @@ PAGES: dict[str, tuple[str, ...]] = {
     "Levels of detail": ("docs/lod.md",),
     "Encoder": ("docs/encoder.md",),
     "Bandwidth along a route": ("docs/path.md",),
+    "Packets": ("docs/packets.md",),
     "Validator": ("validator/README.md",),
     "Conformance": ("conformance/README.md",),
     "Benchmarks": ("benchmarks/README.md",),

@@ -8,11 +8,12 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
+from casebuilder.bit_writer import BitWriter
 from casebuilder.coarse import Maker
 from casebuilder.edits import Edits, edits
 from casebuilder.levels import one_level, two_levels
 from casebuilder.packets import KEY, NO_CELL, Change, Packet, Part, Parts, Step, mark, without
-from casebuilder.valid_packets import AROUND, LEVELS, WALK, with_points
+from casebuilder.valid_packets import AROUND, LEVELS, WALK, in_code, with_points
 from casebuilder.world import Point, Triangle
 from casebuilder.worlds import EAST, RING, SOUTH, UPPER, WEST
 
@@ -163,6 +164,11 @@ def _goes_and_comes(packet: Packet) -> None:
     packet.changes = [Change(WALL, 0, 0, 1, [], list(packet.before[WALL].faces.items()))]
 
 
+def _other_flags(packet: Packet) -> None:
+    leave = [next(iter(packet.before[BUILDING].faces))]
+    packet.changes = [Change(BUILDING, 0, 1, 0, leave, [])]
+
+
 def _exchanged(packet: Packet) -> None:
     packet.changes.reverse()
 
@@ -207,11 +213,7 @@ LISTS: dict[str, Edits] = {
         coarse=two_levels,
         packet=lambda made: setattr(made[1].changes[0], "mode", 0),
     ),
-    "packet/body/other-flags-in-a-change": _packet(
-        lambda p: p.changes.append(Change(BUILDING, 0, 1, 0, [next(iter(p.before[BUILDING].faces))], [])),
-        1,
-        (THREE[0], Step(WEST)),
-    ),
+    "packet/body/other-flags-in-a-change": _packet(_other_flags, 1, THREE[:2]),
     "packet/body/unknown-flag-of-an-object": _packet(
         lambda p: setattr(p.changes[0], "flags", 4), 0, THREE[:1]
     ),
@@ -233,7 +235,39 @@ LISTS: dict[str, Edits] = {
     ),
 }
 
-CODES: dict[str, Edits] = {}
+
+def _coded(change: Callable[[bytes], bytes]) -> Edits:
+    return _set(steps=in_code(THREE), body=change)
+
+
+def _written(*symbols: tuple[str, int]) -> Edits:
+    """Edits of a case whose second body, coded, begins with numbers in blocks of contexts, and then ends."""
+    writer = BitWriter()
+    for block, value in symbols:
+        writer.number(block, value)
+    return _set(1, in_code(THREE[:2]), body=lambda _: writer.body())
+
+
+KEPT = (("ACTION", 0),) * 3
+"""Nothing happens to the three objects that are held."""
+
+CODES: dict[str, Edits] = {
+    "packet/body/coded-without-a-byte": _coded(lambda _: b""),
+    "packet/body/coded-cut-off": _coded(lambda data: data[:-1]),
+    "packet/body/coded-left-over": _coded(lambda data: data + b"\0"),
+    "packet/body/coded-object-comes-that-is-held": _written(("NEW", 1), ("NEW", GROUND)),
+    "packet/body/coded-object-too-large": _written(("NEW", 1), ("NEW", 2**24)),
+    "packet/body/coded-unknown-action": _written(("NEW", 0), ("ACTION", 4)),
+    "packet/body/coded-more-leave-than-are-held": _written(("NEW", 0), ("ACTION", 1), *KEPT[1:], ("LEFT", 3)),
+    "packet/body/coded-level-256": _written(("NEW", 1), ("NEW", POSTER), *KEPT, ("LEVEL", 256)),
+    "packet/body/coded-flags-256": _written(("NEW", 1), ("NEW", POSTER), *KEPT, ("LEVEL", 0), ("FLAGS", 256)),
+    "packet/body/coded-huge-count": _written(
+        ("NEW", 1), ("NEW", POSTER), *KEPT, ("LEVEL", 0), ("FLAGS", 0), ("COUNT", 2**24)
+    ),
+    "packet/body/coded-object-without-a-face": _written(
+        ("NEW", 1), ("NEW", POSTER), *KEPT, ("LEVEL", 0), ("FLAGS", 0), ("COUNT", 0)
+    ),
+}
 """Coded bodies."""
 
 

@@ -62,7 +62,6 @@ def _both(case: Case) -> Iterator[Case]:
     """A case, and the same with coded bodies."""
     assert case.packets is not None
     yield case
-    return
     yield replace(
         case,
         name=f"{case.name}-coded",
@@ -116,6 +115,10 @@ def way_cases() -> Iterator[Case]:
         "A reader that takes the flag for what it has to be where it may be set.",
         packets={WALK: tuple(replace(step, exact=False) for step in AROUND[:3])},
     )
+
+
+def body_cases() -> Iterator[Case]:
+    """Ways to write bodies and sequences."""
     yield Case(
         "packets-sent-anew",
         RING,
@@ -252,5 +255,6 @@ def limit_cases() -> Iterator[Case]:
 def valid_cases() -> Iterator[Case]:
     """All valid cases with packets."""
     yield from way_cases()
+    yield from body_cases()
     yield from form_cases()
     yield from limit_cases()

@@ -9,6 +9,7 @@ from itertools import islice
 
 from tilesnav_validator import packetcoded, packetplain
 from tilesnav_validator.findings import Finding, Settings
+from tilesnav_validator.packetbits import TooManyBitsError
 from tilesnav_validator.packetparts import BeyondTilesetError, BodyError, Part, Parts, mark, size
 from tilesnav_validator.packets import CODED, PLAIN, Packet, Sequence
 from tilesnav_validator.packetscene import Scene
@@ -47,7 +48,7 @@ class Followed:
         self.findings[f"packet/{requirement}"].append(Finding(packet.where, measured, allowed))
 
 
-class TooMuchError(Exception):
+class UnexaminedError(Exception):
     """Following a sequence takes more time or memory than it is given."""
 
 
@@ -61,7 +62,7 @@ def follow(sequences: list[Sequence], scene: Scene, settings: Settings) -> Follo
     try:
         for sequence in sequences:
             _Follower(sequence, scene, settings, found).run()
-    except TooMuchError as reason:
+    except UnexaminedError as reason:
         found.unexamined = str(reason)
     found.seconds = time.perf_counter() - started
     return found
@@ -98,7 +99,7 @@ class _Follower:
         self.states[name] = parts
         self.held += size(parts.values())
         if self.held > self.settings.packet_memory:
-            raise TooMuchError(f"states of more than {self.settings.packet_memory} bytes at once")
+            raise UnexaminedError(f"states of more than {self.settings.packet_memory} bytes at once")
 
     def _drop(self, name: tuple[int, bytes]) -> None:
         if name in self.states:
@@ -110,6 +111,8 @@ class _Follower:
             return DECODERS[packet.codec](packet.body, before, self.scene.object_count)
         except BeyondTilesetError as error:
             self.found.note("geometry", packet, f"{error.where}: {error.measured}", error.allowed)
+        except TooManyBitsError as error:
+            raise UnexaminedError(f"{packet.where}: {error}") from None
         except BodyError as error:
             self.found.note("body", packet, f"{error.where}: {error.measured}", error.allowed)
         return None
@@ -120,7 +123,7 @@ class _Follower:
         found.states += 1
         found.bytes += size(parts.values())
         if found.bytes > self.settings.packet_bytes:
-            raise TooMuchError(f"more than {self.settings.packet_bytes} bytes of states")
+            raise UnexaminedError(f"more than {self.settings.packet_bytes} bytes of states")
         digest = mark(packet.map, packet.target, packet.is_exact, parts)
         if digest != packet.after:
             found.note("after", packet, f"mark {packet.after.hex()}", f"{digest.hex()}, that of the result")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -125,15 +125,25 @@ def turned(corners: CornerArray) -> CornerArray:
     return best.reshape(-1, 3, 3)
 
 
-def need_corners(where: str, corners: CornerArray) -> None:
-    """Refuse corners that are out of reach, or in an order that is not theirs."""
+def need_corners(entering: Sequence[tuple[int, CornerArray]]) -> None:
+    """Refuse corners that are out of reach or not turned, of all faces that enter by their objects."""
+    counts = np.array([len(corners) for _, corners in entering], np.int64)
+    items = np.repeat(np.array([item for item, _ in entering], np.int64), counts)
+    corners = np.concatenate([np.zeros((0, 3, 3), np.int32), *(corners for _, corners in entering)])
     far = np.flatnonzero(((corners <= -REACH) | (corners >= REACH)).any(axis=(1, 2)))
     if len(far):
-        raise BodyError(where, f"corners {corners[far[0]].tolist()}", "magnitudes less than 2^23")
-    other = np.flatnonzero((turned(corners) != corners).any(axis=(1, 2)))
+        raise BodyError(f"object {items[far[0]]}", corners[far[0]].tolist(), "magnitudes less than 2^23")
+    wanted = turned(corners)
+    other = np.flatnonzero((wanted != corners).any(axis=(1, 2)))
     if len(other):
-        measured, allowed = corners[other[0]].tolist(), turned(corners[other[:1]])[0].tolist()
-        raise BodyError(where, f"corners {measured}", f"{allowed}, the smallest row")
+        allowed = f"{wanted[other[0]].tolist()}, the smallest row"
+        raise BodyError(f"object {items[other[0]]}", corners[other[0]].tolist(), allowed)
+
+
+def _places(faces: FaceArray, sought: FaceArray) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Where faces are, or would be, among others that ascend, and whether they are there."""
+    places = np.searchsorted(faces, sought)
+    return places, faces[np.minimum(places, len(faces) - 1)] == sought
 
 
 def joined(part: Part, leave: FaceArray, enter: FaceArray, corners: CornerArray) -> Part:
@@ -145,13 +155,14 @@ def joined(part: Part, leave: FaceArray, enter: FaceArray, corners: CornerArray)
         Where a face leaves that is not held, enters that is held, or none is left.
     """
     where = f"object {part.item}"
-    missing = np.setdiff1d(leave, part.faces, assume_unique=True)
-    if len(missing):
-        raise BodyError(where, f"face {missing[0]} leaves", "faces that are held")
-    held = np.intersect1d(enter, part.faces, assume_unique=True)
-    if len(held):
-        raise BodyError(where, f"face {held[0]} enters", "faces that are not held")
-    stays = np.isin(part.faces, leave, assume_unique=True, invert=True)
+    places, there = _places(part.faces, leave)
+    if not there.all():
+        raise BodyError(where, f"face {leave[~there][0]} leaves", "faces that are held")
+    _, there = _places(part.faces, enter)
+    if there.any():
+        raise BodyError(where, f"face {enter[there][0]} enters", "faces that are not held")
+    stays = np.ones(len(part.faces), bool)
+    stays[places] = False
     faces = np.concatenate((part.faces[stays], enter))
     if not len(faces):
         raise BodyError(where, "no face is left", "one at least, or the object goes")

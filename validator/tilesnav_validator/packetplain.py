@@ -14,6 +14,7 @@ from tilesnav_validator.packetparts import (
     FLAGS,
     BeyondTilesetError,
     BodyError,
+    CornerArray,
     Part,
     Parts,
     ascending,
@@ -94,8 +95,9 @@ def decode(body: memoryview, held: Parts, object_count: int) -> dict[int, Part]:
     if count > object_count:
         raise BeyondTilesetError("body", f"{count} objects", f"{object_count}, those of the tileset")
     leaving, last = set(gone.tolist()), -1
+    entering: list[tuple[int, CornerArray]] = []
     for _ in range(count):
-        part = _change(reader, held)
+        part = _change(reader, held, entering)
         if part.item <= last:
             raise BodyError(f"object {part.item}", f"after object {last}", "ascending ones")
         if part.item in leaving:
@@ -104,6 +106,7 @@ def decode(body: memoryview, held: Parts, object_count: int) -> dict[int, Part]:
         last = part.item
     if reader.rest:
         raise BodyError(f"byte {reader.place} inflated", f"{reader.rest} bytes more", "nothing left over")
+    need_corners(entering)
     need_room(parts.values())
     return parts
 
@@ -135,8 +138,8 @@ def inflated(body: memoryview) -> bytes:
     return data
 
 
-def _change(reader: _Reader, held: Parts) -> Part:
-    """The part that an object has after its change."""
+def _change(reader: _Reader, held: Parts, entering: list[tuple[int, CornerArray]]) -> Part:
+    """The part that an object has after its change; what enters is kept to be looked at together."""
     if reader.rest < _CHANGE.size:
         raise BodyError(f"byte {reader.place} inflated", f"{reader.rest} bytes", "an object")
     item, level, flags, mode = _CHANGE.unpack_from(reader.data, reader.place)
@@ -148,7 +151,7 @@ def _change(reader: _Reader, held: Parts) -> Part:
     corners = reader.array("<i4", 9 * count).reshape(-1, 3, 3)
     if not ascending(enter):
         raise BodyError(where, "faces that enter do not ascend", "ascending ones")
-    need_corners(where, corners)
+    entering.append((item, corners))
     if mode == WITHIN:
         part = held.get(item)
         if part is None:

@@ -171,7 +171,7 @@ def _bandwidths(found: Figures) -> Table:
     for column in ("start\nkB", "mean\nkB/s", "peak\nkB/s", "B/m", "all\nkB", "faces\nheld", ".glb\nkB"):
         table.add_column(column, justify="right")
     retained = found["settings"]["retain"]
-    needed = f"needed + {retained:,}" if retained else "needed"
+    needed = f"+ {retained:,}" if retained else "needed"
     for name, one in found["packets"].items():
         table.add_row(f"packets, {name}", needed, *_row(one["summary"]), "")
     for name, one in found["packets_keeping_all"].items():

@@ -43,24 +43,24 @@ def new_coder(data: Any, reading: bool, probabilities: Any) -> Any:
     words[READING] = reading
     if reading:
         for _ in range(4):
-            words[CODE] = words[CODE] << 8 | _next_byte_python(words, data)
+            words[CODE] = words[CODE] << 8 | _first_byte(words, data)
     return words, data, probabilities.copy(), np.zeros(len(probabilities), np.int64)
 
 
-def _next_byte_python(words: Any, data: Any) -> int:
+def _first_byte(words: Any, data: Any) -> int:
     place = int(words[PLACE])
     words[PLACE] += 1
     return int(data[place]) if place < len(data) else 0
 
 
 @kernel
-def shift(words, data):
+def shift(words: Any, data: Any) -> Any:
     """Move one byte out of the range, or into it."""
     place = words[PLACE]
     words[PLACE] = place + 1
     words[RANGE] <<= 8
     if words[READING]:
-        byte = 0
+        byte = np.int64(0)
         if place < words[LENGTH]:
             byte = np.int64(data[place])
         elif place >= words[LENGTH] + 3:
@@ -76,7 +76,7 @@ def shift(words, data):
 
 
 @kernel
-def carry(words, data):
+def carry(words: Any, data: Any) -> Any:
     """Add the bit that ran over the top of the range to the bytes already written."""
     words[LOW] &= (1 << 32) - 1
     place = words[PLACE] - 1
@@ -87,7 +87,7 @@ def carry(words, data):
 
 
 @kernel
-def split(words, data, bound, bit):
+def split(words: Any, data: Any, bound: Any, bit: Any) -> Any:
     """Code a bit whose zero has the lower `bound` of the range; returns it."""
     if words[READING]:
         bit = 1 if words[CODE] >= bound else 0
@@ -104,7 +104,7 @@ def split(words, data, bound, bit):
 
 
 @kernel
-def code_bit(coder, context, bit):
+def code_bit(coder: Any, context: Any, bit: Any) -> Any:
     """Code a bit in a context, and learn from it; returns it."""
     words, data, probabilities, seen = coder
     zero = probabilities[context]
@@ -120,22 +120,12 @@ def code_bit(coder, context, bit):
     return bit
 
 
-@kernel
-def code_even(coder, width, value):
-    """Code the lowest `width` bits of a value, highest first, as likely 0 as 1; returns them."""
-    words, data = coder[0], coder[1]
-    found = 0
-    for place in range(width - 1, -1, -1):
-        found = found << 1 | split(words, data, words[RANGE] >> 1, value >> place & 1)
-    return found
-
-
 NUMBER_CONTEXTS = 75
 """Contexts of a number: 25 of its width, 25 of its second bit, 25 of its bits by place."""
 
 
 @kernel
-def code_number(coder, first, value):
+def code_number(coder: Any, first: Any, value: Any) -> Any:
     """Code a number from 0 to 2**25 - 2 in contexts from `first` on; returns it."""
     value += 1
     width = 0
@@ -151,22 +141,22 @@ def code_number(coder, first, value):
 
 
 @kernel
-def code_numbers(coder, first, values):
+def code_numbers(coder: Any, first: Any, values: Any) -> Any:
     """Code numbers, each in the same contexts; `values` (N,) int64 is filled when reading."""
     for i in range(len(values)):
         values[i] = code_number(coder, first, values[i])
 
 
 @kernel
-def code_signed(coder, first, value):
+def code_signed(coder: Any, first: Any, value: Any) -> Any:
     """Code a number other than 0 of magnitude below 2**25; returns it."""
     negative = code_bit(coder, first, 1 if value < 0 else 0)
     magnitude = code_number(coder, first + 1, abs(value) - 1) + 1
     return -magnitude if negative else magnitude
 
 
-def finish(coder: Any) -> bytes | None:
-    """Bytes that were written, or None where the space was too small.
+def finish(coder: Any) -> bytes:
+    """Bytes that were written.
 
     One byte behind those that were shifted out is enough: a multiple of TOP lies in every range.
     """
@@ -174,8 +164,7 @@ def finish(coder: Any) -> bytes | None:
     words[LOW] += TOP - 1
     if words[LOW] >> 32:
         carry(words, data)
-    shift(words, data)
-    return None if words[FAILED] else bytes(data[: int(words[PLACE])])
+    return bytes(data[: int(words[PLACE])]) + bytes((int(words[LOW]) >> 24,))
 
 
 def is_finished(coder: Any) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -84,13 +85,15 @@ def encode_body(before: Sequence[ObjectFaces], after: Sequence[ObjectFaces]) -> 
         _check(part)
     _check_objects(after)
     changes = _compare(before, after)
-    space = SPACE + 16 * sum(change.entered for change in changes)
+    entering = sum(change.entered for change in changes)
+    limits = Limits(faces=entering, objects=len(changes))
+    space = SPACE + 16 * entering
     while True:
         coder = new_coder(np.zeros(space, np.uint8), False, _probabilities())
-        _code(coder, before, changes, Limits())
-        data = finish(coder)
-        if data is not None:
-            return data
+        with suppress(_NoRoomError):
+            _code(coder, before, changes, limits)
+            _check_coder(coder)
+            return finish(coder)
         space *= 2
 
 
@@ -253,9 +256,16 @@ def _numbers(coder: Any, first: int, values: Any, count: int) -> Ints:
     return numbers
 
 
+class _NoRoomError(Exception):
+    """The body does not fit its space."""
+
+
 def _check_coder(coder: Any) -> None:
-    if coder[0][READING] and coder[0][FAILED]:
+    if not coder[0][FAILED]:
+        return
+    if coder[0][READING]:
         raise PacketError("packet body: it ends too early, or is damaged")
+    raise _NoRoomError
 
 
 def _code_change(coder: Any, change: _Change, memory: Any, scratch: Any) -> ObjectFaces:
@@ -269,7 +279,7 @@ def _code_change(coder: Any, change: _Change, memory: Any, scratch: Any) -> Obje
         leaves[:] = ~np.isin(faces, target.faces, assume_unique=True)
     code_leaving(coder, LEAVES, change.left, leaves)
     numbers = np.zeros(change.entered, np.int64)
-    entering = np.zeros((0, 3, 3), np.int32)
+    entering: NDArray[np.int32] = np.zeros((0, 3, 3), np.int32)
     if change.entered:
         coded = np.zeros((change.entered, 3, 3), np.int64)
         source = new_mesh(0)
@@ -296,10 +306,10 @@ def _code_change(coder: Any, change: _Change, memory: Any, scratch: Any) -> Obje
 
 
 def _code_numbers(
-    coder: Any, faces: Ints, corners: NDArray[np.int32], entering: Ints, numbers: Ints
-) -> tuple[Ints, Ints]:
+    coder: Any, faces: Ints, corners: NDArray[np.int32], coded: Ints, numbers: Ints
+) -> tuple[NDArray[np.int32], Ints]:
     """Code the numbers of entering faces; returns these faces in the order of space, and their numbers."""
-    entering = canonical(entering.astype(np.int32))
+    entering = canonical(coded.astype(np.int32))
     places = places_of(entering)
     order = order_of(entering, places)
     entering, numbers = entering[order], numbers[order]

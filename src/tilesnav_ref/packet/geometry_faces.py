@@ -29,14 +29,14 @@ from tilesnav_ref.packet.geometry_mesh import (
 from tilesnav_ref.packet.numbers import LEAVES_CONTEXTS, PLACES_CONTEXTS
 
 EXISTS = 6 * NUMBER_CONTEXTS + LEAVES_CONTEXTS + PLACES_CONTEXTS
-"""First context of whether a face is at an edge: 3 x 2 x 2."""
-CHOICE = EXISTS + 12
-"""First context of whether a candidate is the third vertex: 16 masks x 3."""
+"""First context of whether a face is at an edge: 2 x 2."""
+CHOICE = EXISTS + 4
+"""First context of whether a candidate is the third vertex: 16 masks."""
 POINT_CONTEXTS = 36 + 3 * (NUMBER_CONTEXTS + 1)
 """For a place: 3 axes x 4 x 3 of what it equals, 3 axes of differences."""
 VERTEX_CONTEXTS = 1 + NUMBER_CONTEXTS + POINT_CONTEXTS
 """For a vertex: known or not, its number, its place."""
-VERTEX = CHOICE + 48
+VERTEX = CHOICE + 16
 """First context of the first, the second and the third vertex of a face."""
 CONTEXTS = VERTEX + 3 * VERTEX_CONTEXTS
 CANDIDATES = 4
@@ -55,7 +55,7 @@ def new_scratch() -> Any:
 
 
 @kernel
-def copy_place(target, source):
+def copy_place(target: Any, source: Any) -> Any:
     """Copy three coordinates."""
     target[0] = source[0]
     target[1] = source[1]
@@ -63,7 +63,7 @@ def copy_place(target, source):
 
 
 @kernel
-def add_candidate(scratch, place, reason):
+def add_candidate(scratch: Any, place: Any, reason: Any) -> Any:
     """Note a candidate, or that a candidate has one more reason."""
     candidates, masks = scratch[0], scratch[1]
     x, y, z = place
@@ -82,7 +82,7 @@ def add_candidate(scratch, place, reason):
 
 
 @kernel
-def add_neighbours(mesh, scratch, edge, opposite):
+def add_neighbours(mesh: Any, scratch: Any, edge: Any, opposite: Any) -> Any:
     """Note the other ends of open edges to `edge[0]` and from `edge[1]`, as long as few are looked at."""
     places, edges = mesh[1], mesh[3]
     for side in range(2):
@@ -100,21 +100,18 @@ def add_neighbours(mesh, scratch, edge, opposite):
 
 
 @kernel
-def find_candidates(mesh, memory, scratch, edge, opposite):
+def find_candidates(mesh: Any, memory: Any, scratch: Any, edge: Any, opposite: Any) -> None:
     """Find candidates for the third vertex of the face behind an edge (a, b) whose known face has `opposite`.
 
-    `opposite` is NONE where there is no known face. Returns the context of whether there is a face.
+    `opposite` is NONE where there is no known face.
     """
     places = mesh[1]
     a, b = edge
     masks = scratch[1]
     masks[CANDIDATES] = 0
-    state = 0
     if opposite != NONE:
         n = recall(memory, mesh, a, b, opposite)[1]
         if n != NONE:
-            state = 1 + memory[2][n, 3]
-        if state == 2:
             x, y, z = memory[2][n, 0], memory[2][n, 1], memory[2][n, 2]
             add_candidate(scratch, (places[a, 0] + x, places[a, 1] + y, places[a, 2] + z), MEMORY)
         x = places[a, 0] + places[b, 0] - places[opposite, 0]
@@ -122,11 +119,10 @@ def find_candidates(mesh, memory, scratch, edge, opposite):
         z = places[a, 2] + places[b, 2] - places[opposite, 2]
         add_candidate(scratch, (x, y, z), PARALLELOGRAM)
     add_neighbours(mesh, scratch, edge, opposite)
-    return state
 
 
 @kernel
-def code_point(coder, first, references, point):
+def code_point(coder: Any, first: Any, references: Any, point: Any) -> Any:
     """Code a place axis by axis: equal to one of three references, or by the difference from the first."""
     last = 0
     for axis in range(3):
@@ -152,7 +148,7 @@ def code_point(coder, first, references, point):
 
 
 @kernel
-def code_vertex(coder, mesh, scratch, first):
+def code_vertex(coder: Any, mesh: Any, scratch: Any, first: Any) -> Any:
     """Code a vertex: a known one by how many are newer, else a new one by its place; returns it."""
     references, point = scratch[2], scratch[3]
     vertices = mesh[0][VERTICES]
@@ -169,18 +165,18 @@ def code_vertex(coder, mesh, scratch, first):
 
 
 @kernel
-def code_third(coder, mesh, scratch):
+def code_third(coder: Any, mesh: Any, scratch: Any) -> Any:
     """Code the third vertex of a face: one of the candidates, else any; returns it."""
     candidates, masks, _references, point = scratch
     for k in range(masks[CANDIDATES]):
         same = point[0] == candidates[k, 0] and point[1] == candidates[k, 1] and point[2] == candidates[k, 2]
-        if code_bit(coder, CHOICE + masks[k] * 3 + min(k, 2), 1 if same else 0):
+        if code_bit(coder, CHOICE + masks[k], 1 if same else 0):
             return put_vertex(mesh, candidates[k, 0], candidates[k, 1], candidates[k, 2])
     return code_vertex(coder, mesh, scratch, VERTEX + 2 * VERTEX_CONTEXTS)
 
 
 @kernel
-def waiting_edge(entering, sent, mesh, edge):
+def waiting_edge(entering: Any, sent: Any, mesh: Any, edge: Any) -> Any:
     """Edge of a face that was not sent, opposite to an edge of the mesh; NONE if there is none."""
     a, b = edge
     places = mesh[1]
@@ -197,7 +193,7 @@ def waiting_edge(entering, sent, mesh, edge):
 
 
 @kernel
-def first_edge(entering, face, mesh):
+def first_edge(entering: Any, face: Any, mesh: Any) -> Any:
     """Edge of a face to begin with: one whose vertices are known, if there is one."""
     best, most = 3 * face, -1
     for e in range(3 * face, 3 * face + 3):
@@ -215,7 +211,7 @@ def first_edge(entering, face, mesh):
 
 
 @kernel
-def begin_anew(coder, mesh, memory, scratch, source):
+def begin_anew(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
     """Code a face that shares no edge with a known one; `source` is its mesh and its edge when writing."""
     entering, e = source
     references, point = scratch[2], scratch[3]
@@ -239,24 +235,24 @@ def begin_anew(coder, mesh, memory, scratch, source):
 
 
 @kernel
-def code_gate(coder, mesh, memory, scratch, source):
+def code_gate(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
     """Code whether there is a face behind an edge (a, b) of a known face (a, b, c).
 
     Returns 1 or 0, and the edge of that face when writing.
     """
-    entering, sent, a, b, c, state = source
-    context = EXISTS + find_candidates(mesh, memory, scratch, (a, b), c) * 4 + state
+    entering, sent, a, b, c, is_held = source
+    known = 1 if recall(memory, mesh, a, b, c)[1] != NONE else 0
     e = NONE
     if not coder[0][READING]:
         e = waiting_edge(entering, sent, mesh, (a, b))
-    found = code_bit(coder, context, 1 if e != NONE else 0)
-    if not found and state < 2:
-        remember(memory, mesh, (a, b, c), NONE)
+    found = code_bit(coder, EXISTS + 2 * known + (1 if is_held else 0), 1 if e != NONE else 0)
+    if found:  # few edges have a face, so candidates are not looked for before
+        find_candidates(mesh, memory, scratch, (a, b), c)
     return found, e
 
 
 @kernel
-def grow(coder, mesh, memory, scratch, source):
+def grow(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
     """Code the face behind an edge (a, b) of a known face, whose candidates were found."""
     entering, e, a, b, c = source
     references, point = scratch[2], scratch[3]
@@ -271,7 +267,7 @@ def grow(coder, mesh, memory, scratch, source):
 
 
 @kernel
-def code_faces(coder, mesh, memory, scratch, source):
+def code_faces(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
     """Write or read faces, in the order of the stream.
 
     Parameters
@@ -291,7 +287,7 @@ def code_faces(coder, mesh, memory, scratch, source):
     held = top
     for i in range(held):
         stack[i] = held - 1 - i
-    done, start, recent, e = 0, 0, 0, NONE
+    done, start, e = 0, 0, NONE
     while done < total and not coder[0][FAILED]:
         if top:
             top -= 1
@@ -299,9 +295,8 @@ def code_faces(coder, mesh, memory, scratch, source):
             a, b, c = mesh[3][gate, 0], mesh[3][gate, 1], mesh[3][gate, 2]
             if find_edge(mesh, b, a)[1] != NONE:
                 continue
-            gate_state = (2 if gate < held else 0) + recent
-            recent, e = code_gate(coder, mesh, memory, scratch, (entering, sent, a, b, c, gate_state))
-            if not recent:
+            found, e = code_gate(coder, mesh, memory, scratch, (entering, sent, a, b, c, gate < held))
+            if not found:
                 continue
             v = grow(coder, mesh, memory, scratch, (entering, e, a, b, c))
             a, b = b, a

@@ -38,7 +38,7 @@ def new_mesh(faces: int) -> Any:
 
 
 @kernel
-def mix(a, b, c):
+def mix(a: Any, b: Any, c: Any) -> Any:
     """Hash of three integers, 0 to 2**40 - 1; no product leaves 63 bits."""
     low = (1 << 30) - 1
     h = (a & low) * 0x5E3779B1 + (b & low) * 0x45EBCA77 + (c & low) * 0x42B2AE3D
@@ -48,7 +48,7 @@ def mix(a, b, c):
 
 
 @kernel
-def find_vertex(mesh, x, y, z):
+def find_vertex(mesh: Any, x: Any, y: Any, z: Any) -> Any:
     """Slot of a place, and its vertex or NONE."""
     places, table = mesh[1], mesh[2]
     slot = mix(x, y, z) & (len(table) - 1)
@@ -61,7 +61,7 @@ def find_vertex(mesh, x, y, z):
 
 
 @kernel
-def put_vertex(mesh, x, y, z):
+def put_vertex(mesh: Any, x: Any, y: Any, z: Any) -> Any:
     """Vertex at a place, new where there was none."""
     slot, v = find_vertex(mesh, x, y, z)
     if v != NONE:
@@ -76,7 +76,7 @@ def put_vertex(mesh, x, y, z):
 
 
 @kernel
-def find_edge(mesh, a, b):
+def find_edge(mesh: Any, a: Any, b: Any) -> Any:
     """Slot of a directed edge, and the latest edge there or NONE."""
     edges, table = mesh[3], mesh[4]
     slot = mix(a, b, 0) & (len(table) - 1)
@@ -89,7 +89,7 @@ def find_edge(mesh, a, b):
 
 
 @kernel
-def put_face(mesh, face):
+def put_face(mesh: Any, face: Any) -> Any:
     """Put a face in; a directed edge that is there already is known by its latest face."""
     a, b, c = face
     for _k in range(3):
@@ -108,19 +108,19 @@ def put_face(mesh, face):
 
 
 def new_memory(faces: int) -> Any:
-    """Return an empty memory of shapes: count, keys (N, 6), values (N, 4), hash table."""
+    """Return an empty memory of shapes: count, keys (N, 6), values (N, 3), hash table."""
     room = 3 * faces
     slots = 1 << max(2 * room, 4).bit_length()
     return (
         np.zeros(1, np.int64),
         np.zeros((room, 6), np.int64),
-        np.zeros((room, 4), np.int64),
+        np.zeros((room, 3), np.int64),
         np.full(slots, NONE, np.int64),
     )
 
 
 @kernel
-def recall(memory, mesh, a, b, c):
+def recall(memory: Any, mesh: Any, a: Any, b: Any, c: Any) -> Any:
     """Slot of the shape of a face seen from its edge, and the number of what followed it or NONE."""
     places = mesh[1]
     keys, table = memory[1], memory[3]
@@ -137,8 +137,8 @@ def recall(memory, mesh, a, b, c):
 
 
 @kernel
-def remember(memory, mesh, face, v):
-    """Note what follows a face (a, b, c) across its edge from a to b: vertex v, or NONE for no face."""
+def remember(memory: Any, mesh: Any, face: Any, v: Any) -> Any:
+    """Note what follows a face (a, b, c) across its edge from a to b: a face with vertex v."""
     places = mesh[1]
     a, b, c = face
     slot, n = recall(memory, mesh, a, b, c)
@@ -150,14 +150,12 @@ def remember(memory, mesh, face, v):
             memory[1][n, 3 + k] = places[c, k] - places[a, k]
         memory[3][slot] = n
     value = memory[2][n]
-    value[3] = 0 if v == NONE else 1
-    if v != NONE:
-        for k in range(3):
-            value[k] = places[v, k] - places[a, k]
+    for k in range(3):
+        value[k] = places[v, k] - places[a, k]
 
 
 @kernel
-def put_corners(mesh, corners):
+def put_corners(mesh: Any, corners: Any) -> Any:
     """Put faces in by their corners, (F, 3, 3) integers."""
     vertices = np.zeros(3, np.int64)
     for i in range(len(corners)):
@@ -168,7 +166,7 @@ def put_corners(mesh, corners):
 
 
 @kernel
-def remember_held(memory, mesh):
+def remember_held(memory: Any, mesh: Any) -> Any:
     """Note for each edge of the faces put in what follows across it."""
     for e in range(mesh[0][EDGES]):
         a, b, c = mesh[3][e, 0], mesh[3][e, 1], mesh[3][e, 2]

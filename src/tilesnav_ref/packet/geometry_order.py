@@ -20,7 +20,7 @@ CURVE_BITS = 21
 
 
 @kernel
-def turn_faces(corners):
+def turn_faces(corners: Any) -> Any:
     """Turn each of (F, 3, 3) faces, in place, so that it starts with the least of its rotations."""
     flat = np.zeros(9, corners.dtype)
     for i in range(len(corners)):
@@ -39,10 +39,10 @@ def turn_faces(corners):
 
 
 @kernel
-def curve_places(corners, places):
+def curve_places(corners: Any, places: Any) -> Any:
     """Place on the curve, (F,) int64, of the middle of each of (F, 3, 3) faces."""
     for i in range(len(corners)):
-        place = 0
+        place = np.int64(0)
         for axis in range(3):
             total = (
                 np.int64(corners[i, 0, axis]) + np.int64(corners[i, 1, axis]) + np.int64(corners[i, 2, axis])

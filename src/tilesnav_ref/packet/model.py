@@ -38,7 +38,7 @@ class ObjectFaces:
 class Limits:
     """What a decoder accepts at most."""
 
-    faces: int = 1 << 20
-    """Faces that a packet brings."""
+    faces: int = 1 << 18
+    """Faces that a packet brings. A decoder takes up to 600 bytes for each before it has read them."""
     objects: int = 1 << 16
     """Objects that the client holds afterwards."""

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.packet.coder import FAILED, NUMBER_CONTEXTS, code_bit, code_number
 
-LEAVES_CONTEXTS = 4
+LEAVES_CONTEXTS = 2
 PLACES_CONTEXTS = 2 * 8 + 8 * NUMBER_CONTEXTS
 LARGEST_NUMBER = (1 << 24) - 1
 """Of faces and of objects."""
 
 
 @kernel
-def code_leaving(coder, first, count, leaves):
+def code_leaving(coder: Any, first: Any, count: Any, leaves: Any) -> Any:
     """Code which faces leave.
 
     Parameters
@@ -25,7 +27,7 @@ def code_leaving(coder, first, count, leaves):
     leaves : (H,) int64
         1 for each held face that leaves, else 0; filled when reading.
     """
-    last, before = 0, 0
+    last = 0
     for i in range(len(leaves)):
         if count == 0:
             leaves[i] = 0
@@ -34,14 +36,14 @@ def code_leaving(coder, first, count, leaves):
             leaves[i] = 1
             count -= 1
             continue
-        bit = code_bit(coder, first + 2 * last + before, leaves[i])
+        bit = code_bit(coder, first + last, leaves[i])
         leaves[i] = bit
         count -= bit
-        last, before = bit, last
+        last = bit
 
 
 @kernel
-def code_places(coder, first, held, numbers):
+def code_places(coder: Any, first: Any, held: Any, numbers: Any) -> Any:
     """Code the numbers of entering faces among those of held ones, all in the order of their places in space.
 
     Parameters

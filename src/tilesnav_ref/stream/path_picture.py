@@ -97,6 +97,9 @@ def _comparison(axes: Any, result: PathResult) -> None:
             linestyle=dashes,
             label=f"{rival.title}, holds {rival.memory}",
         )
+        if rival.files is not None:
+            label = f"{rival.title}, holds {rival.memory}, .glb files"
+            _all_data(axes, rival.files, color="0.6", linestyle=dashes, label=label)
     for name in ("fine", "auto"):
         if name in result.drives:
             series = result.drives[name].series
@@ -106,12 +109,12 @@ def _comparison(axes: Any, result: PathResult) -> None:
             kept = result.keeping[name].series
             label = f"packets, {name}, holds all"
             _all_data(axes, kept, color=COLOURS[name], linestyle="--", label=label)
-    axes.set_title("data received, the start included, beside other ways of streaming (same codec)")
+    axes.set_title("data received, the start included, beside other ways of streaming (same codec but for .glb)")
     axes.set_ylabel("kB")
     axes.set_yscale("log")
     low, high = axes.get_ylim()
     # The lower part is for the legend.
-    axes.set_ylim(low * (low / high) ** 0.35, high)
+    axes.set_ylim(low * (low / high) ** 0.4, high)
     _finish(axes, result, place="lower right", columns=2, size=7)
 
 
