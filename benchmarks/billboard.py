@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_ref.cells.model import box_corners
 from tilesnav_ref.lod import LodSettings, largest_level
 from tilesnav_ref.lod.codes import level_codes
 
@@ -60,10 +59,11 @@ def pedestal() -> Array:
 
 
 def cell(size: float = SIZE) -> Array:
-    """(8, 3) corners of a cell of that edge in front of the board, m."""
+    """(8, 3) corners of a cell of that edge in front of the board, m; bit k of a number: side of axis k."""
     x, z = MIDDLE
-    lower = np.array([[x - size / 2, -GAP - size, z - size / 2]])
-    return np.asarray(box_corners(lower, lower + size)[0], dtype=np.float64)
+    lower = np.array((x - size / 2, -GAP - size, z - size / 2))
+    upper = (np.arange(8)[:, None] >> np.arange(3)) & 1
+    return np.asarray(lower + upper * size, dtype=np.float64)
 
 
 def sampled_rule(corners: Array, triangle: Array) -> float:
@@ -118,8 +118,8 @@ def plot(path: Path) -> None:
 
     triangles = np.concatenate((board(), pedestal()))
     exact, sampled = both(triangles, cell())
-    scale = {"norm": LogNorm(exact.min(), exact.max()), "cmap": "turbo"}
-    ratios = {"norm": Normalize(1.0, (exact / sampled).max()), "cmap": "Purples"}
+    scale: dict[str, Any] = {"norm": LogNorm(exact.min(), exact.max()), "cmap": "turbo"}
+    ratios: dict[str, Any] = {"norm": Normalize(1.0, (exact / sampled).max()), "cmap": "Purples"}
     figure, axes = plt.subplots(2, 3, figsize=(13, 6.6), height_ratios=(9, 3.2), layout="constrained")
     draw(axes[0, 0], triangles, exact, scale, (0, 2))
     axes[0, 0].set(title="Front, exact", ylabel="z, m")
@@ -144,7 +144,7 @@ def draw(axes: Any, triangles: Array, values: Array, scale: dict[str, Any], plan
     # What lies nearer to the viewer is drawn last: the least y from the front, the greatest z from above.
     depth = triangles[:, :, 1].max(axis=1) * -1.0 if plane == (0, 2) else triangles[:, :, 2].min(axis=1)
     order = np.argsort(depth, kind="stable")
-    faces = PolyCollection(triangles[order][:, :, plane], array=values[order], **scale)
+    faces = PolyCollection(list(triangles[order][:, :, plane]), array=values[order], **scale)
     faces.set(edgecolor="face" if plane == (0, 1) else "#333333", linewidth=2.5 if plane == (0, 1) else 0.4)
     axes.add_collection(faces)
     corners = cell()[:, plane]

@@ -19,6 +19,7 @@ PAGES: dict[str, tuple[str, ...]] = {
     "Start": ("README.md",),
     "Specification": ("spec/README.md", "spec/*.md"),
     "Visibility, proved": ("docs/visibility.md",),
+    "Levels of detail": ("docs/lod.md",),
     "Encoder": ("docs/encoder.md",),
     "Bandwidth along a route": ("docs/path.md",),
     "Packets": ("docs/packets.md",),
