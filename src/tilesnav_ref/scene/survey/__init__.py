@@ -1,0 +1,1 @@
+"""Scenes from point clouds: what a survey has measured, and what it has not."""
