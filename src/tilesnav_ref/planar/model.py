@@ -62,7 +62,8 @@ class PlanarFeatures:
     inlier_distance : float
         Greatest distance of an inlier from its plane, metres.
     normal_deviation : float
-        Greatest angle between the normal at an inlier and that of its plane while a feature grows, radians.
+        Standard deviation of the normals at points, as the noise of their neighbourhoods predicts it: the
+        median, radians. A point joins a growing feature within four of its own.
     """
 
     normals: NDArray[np.float64]
