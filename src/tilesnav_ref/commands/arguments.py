@@ -13,12 +13,14 @@ from tilesnav_ref.cells import CellError, CellSettings
 from tilesnav_ref.commands.coarse_arguments import add_coarse_options
 from tilesnav_ref.commands.mission_arguments import add_mission_options
 from tilesnav_ref.commands.sample import SIZES
+from tilesnav_ref.commands.survey_arguments import add_survey_options, survey_settings
 from tilesnav_ref.commands.values import integer, number, numbers
 from tilesnav_ref.encode import EncodeSettings
 from tilesnav_ref.levels import LevelSettings
 from tilesnav_ref.lod import LodSettings
 from tilesnav_ref.scene import METRES_PER_UNIT, SceneError, SceneSettings
 from tilesnav_ref.scene.sample import DETAILS, TownSettings
+from tilesnav_ref.scene.survey import SurveySettings
 from tilesnav_ref.tileset.model import TilesetSettings
 from tilesnav_ref.visibility import VisibilitySettings
 from tilesnav_ref.visibility.settings import LIMITS
@@ -70,6 +72,7 @@ def encode_settings(given: argparse.Namespace) -> EncodeSettings:
     try:
         return EncodeSettings(
             scene=_settings(SceneSettings, values),
+            survey=survey_settings(values),
             cells=_settings(CellSettings, values),
             visibility=_settings(VisibilitySettings, values),
             lod=_settings(LodSettings, values),
@@ -81,8 +84,8 @@ def encode_settings(given: argparse.Namespace) -> EncodeSettings:
         raise UsageError(str(error)) from error
 
 
-def cell_settings(given: argparse.Namespace) -> tuple[SceneSettings, CellSettings]:
-    """Make the settings of the scene and of its cells; what was not given keeps its default.
+def cell_settings(given: argparse.Namespace) -> tuple[SceneSettings, CellSettings, SurveySettings]:
+    """Make the settings of the scene, of its cells and of surveys; what was not given keeps its default.
 
     Raises
     ------
@@ -91,7 +94,8 @@ def cell_settings(given: argparse.Namespace) -> tuple[SceneSettings, CellSetting
     """
     values = _values(given)
     try:
-        return _settings(SceneSettings, values), _settings(CellSettings, values)
+        cells = _settings(CellSettings, values)
+        return _settings(SceneSettings, values), cells, survey_settings(values)
     except (SceneError, CellError) as error:
         raise UsageError(str(error)) from error
 
@@ -209,6 +213,7 @@ def _add_encode(parser: argparse.ArgumentParser) -> None:
         help="take over from this tileset of an earlier scene what cells list that see nothing of the change",
     )
     _add_scene_options(parser.add_argument_group("scene"))
+    add_survey_options(parser.add_argument_group("point clouds"))
     _add_cell_options(parser.add_argument_group("cells"))
     _add_table_options(parser.add_argument_group("sets, levels and files"))
     add_coarse_options(parser.add_argument_group("coarse meshes"))
@@ -232,6 +237,7 @@ def _add_cells(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--threads", type=integer(0), metavar="N", help="threads; 0: one for each processor")
     _add_scene_options(parser.add_argument_group("scene"))
+    add_survey_options(parser.add_argument_group("point clouds"))
     _add_cell_options(parser.add_argument_group("cells"))
 
 

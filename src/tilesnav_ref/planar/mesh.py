@@ -42,6 +42,35 @@ class PlanarMesh:
     shapes: tuple[shapely.MultiPolygon, ...]
     outlines: tuple[Outline, ...]
 
+    def inlier_distances(
+        self, points: NDArray[np.float64], features: PlanarFeatures, most: int = 1_000_000
+    ) -> NDArray[np.float64]:
+        """Distances of inliers from the faces of their own plane, metres; the nearest face may be another's.
+
+        Parameters
+        ----------
+        points : (N, 3) float64
+            Those that `features.labels` is about.
+        features : PlanarFeatures
+        most : int
+            About this many of them are looked at, evenly chosen.
+        """
+        chosen = np.flatnonzero(features.labels >= 0)
+        chosen = chosen[:: max(len(chosen) // most, 1)]
+        chosen = chosen[np.argsort(features.labels[chosen], kind="stable")]
+        borders = np.searchsorted(features.labels[chosen], np.arange(len(features) + 1))
+        result = [np.zeros(0)]
+        for feature, shape in enumerate(self.shapes):
+            inliers = points[chosen[borders[feature] : borders[feature + 1]]]
+            if shape.is_empty or not len(inliers):
+                result.append(np.full(len(inliers), np.inf))
+                continue
+            flat = shapely.points(self.outlines[feature].frame.flat(inliers))
+            shapely.prepare(shape)
+            beside = np.where(shapely.intersects(shape, flat), 0.0, shapely.distance(shape, flat))
+            result.append(np.hypot(features.distances(inliers, feature), beside))
+        return np.concatenate(result)
+
 
 def mesh_planes(
     points: NDArray[np.float64], features: PlanarFeatures, settings: MeshSettings | None = None

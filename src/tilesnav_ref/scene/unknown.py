@@ -86,8 +86,10 @@ class UnknownSpace:
         return corners.tolist()
 
     def share(self) -> float:
-        """Part of the volume between the cuts that is unknown."""
+        """Part of the volume between the cuts, without the sky, that is unknown."""
         sizes = [np.diff(cut).astype(np.float64) for cut in self.cuts]
+        if self.open_above:
+            sizes[2][-1] = 0.0  # the sky
         volumes = sizes[0][:, None, None] * sizes[1][:, None] * sizes[2]
         return float(volumes[self.unknown].sum() / volumes.sum())
 

@@ -1,0 +1,32 @@
+"""A scene from whatever file there is: a mesh, a tileset or a point cloud."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from tilesnav_ref.scene.load import load_scene
+from tilesnav_ref.scene.model import Scene
+from tilesnav_ref.scene.settings import SceneReport, SceneSettings
+from tilesnav_ref.scene.survey.read import is_cloud
+from tilesnav_ref.scene.survey.settings import SurveySettings
+
+
+def open_scene(
+    path: Path,
+    settings: SceneSettings,
+    survey: SurveySettings,
+    progress: Callable[[int, int], None] | None = None,
+) -> tuple[Scene, SceneReport]:
+    """Read a scene; a point cloud is turned into planes and these into a mesh.
+
+    Raises
+    ------
+    SceneError
+        When the file cannot be read or holds no scene.
+    """
+    if not is_cloud(path):
+        return load_scene(path, settings)
+    from tilesnav_ref.scene.survey.load import load_survey  # noqa: PLC0415 - extra 'lidar'
+
+    return load_survey(path, settings, survey, progress)
