@@ -11,7 +11,7 @@ from tilesnav_ref.levels import CoarseLevel, LevelSettings, coarse_levels
 from tilesnav_ref.lod import LodSettings, choose_levels
 from tilesnav_ref.scene import SceneSettings
 from tilesnav_ref.scene.model import Scene
-from tilesnav_ref.scene.survey import SurveySettings, open_scene
+from tilesnav_ref.survey import SurveySettings, open_scene
 from tilesnav_ref.tileset.delta import make_deltas
 from tilesnav_ref.tileset.folder import new_folder
 from tilesnav_ref.tileset.model import NavMap, TilesetSettings

@@ -20,7 +20,7 @@ from tilesnav_ref.levels import LevelSettings
 from tilesnav_ref.lod import LodSettings
 from tilesnav_ref.scene import METRES_PER_UNIT, SceneError, SceneSettings
 from tilesnav_ref.scene.sample import DETAILS, TownSettings
-from tilesnav_ref.scene.survey import SurveySettings
+from tilesnav_ref.survey import SurveySettings
 from tilesnav_ref.tileset.model import TilesetSettings
 from tilesnav_ref.visibility import VisibilitySettings
 from tilesnav_ref.visibility.settings import LIMITS

@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 from tilesnav_ref.cells import KIND_GROUND, CellComplex, CellError, CellSettings, decompose
 from tilesnav_ref.cells.picture import check_picture, draw
 from tilesnav_ref.scene import SceneSettings
-from tilesnav_ref.scene.survey import SurveySettings, open_scene
+from tilesnav_ref.survey import SurveySettings, open_scene
 from tilesnav_ref.tileset.errors import OutputError
 from tilesnav_ref.tileset.run_report import StageProgress
 

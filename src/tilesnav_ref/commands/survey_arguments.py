@@ -8,8 +8,8 @@ from typing import Any
 from tilesnav_ref.commands.values import number
 from tilesnav_ref.planar.mesh_settings import MeshSettings
 from tilesnav_ref.planar.settings import PlaneSettings
-from tilesnav_ref.scene.survey import SurveySettings
-from tilesnav_ref.scene.survey.settings import VIEWS
+from tilesnav_ref.survey import SurveySettings
+from tilesnav_ref.survey.settings import VIEWS
 
 
 def add_survey_options(group: Any) -> None:

@@ -8,8 +8,8 @@ from pathlib import Path
 from tilesnav_ref.scene.load import load_scene
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.scene.settings import SceneReport, SceneSettings
-from tilesnav_ref.scene.survey.read import is_cloud
-from tilesnav_ref.scene.survey.settings import SurveySettings
+from tilesnav_ref.survey.read import is_cloud
+from tilesnav_ref.survey.settings import SurveySettings
 
 
 def open_scene(
@@ -27,6 +27,6 @@ def open_scene(
     """
     if not is_cloud(path):
         return load_scene(path, settings)
-    from tilesnav_ref.scene.survey.load import load_survey  # noqa: PLC0415 - extra 'lidar'
+    from tilesnav_ref.survey.load import load_survey  # noqa: PLC0415 - extra 'lidar'
 
     return load_survey(path, settings, survey, progress)

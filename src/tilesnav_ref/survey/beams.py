@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.kernels import kernel
-from tilesnav_ref.scene.survey.columns import COLUMNS_LIMIT
+from tilesnav_ref.survey.columns import COLUMNS_LIMIT
 from tilesnav_ref.scene.unknown import UnknownSpace
 
 CROSSINGS = 2

@@ -26,8 +26,6 @@ class SurveySettings:
     """Edge of the columns or blocks in which unknown space is stated, metres; a column needs a return."""
     rise: float = 0.25
     """Heights of unknown columns are rounded up to multiples of it, metres."""
-    noise_classes: tuple[int, ...] = (7, 18)
-    """Classes of returns that are left out: low and high noise (ASPRS LAS 1.4)."""
 
     def __post_init__(self) -> None:
         """Check every setting: SceneError naming it."""

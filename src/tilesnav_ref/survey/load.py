@@ -13,16 +13,15 @@ from tilesnav_ref.planar.detect import detect_planes
 from tilesnav_ref.planar.mesh import PlanarMesh, mesh_planes
 from tilesnav_ref.planar.model import NO_PLANE, PlanarFeatures
 from tilesnav_ref.scene.errors import SceneError
-from tilesnav_ref.scene.frame import NavFrame, to_nav
 from tilesnav_ref.scene.load import Clock, Placed, finish
-from tilesnav_ref.scene.model import COORDINATE_LIMIT, Scene
+from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.scene.parts import MeshFile, Part
 from tilesnav_ref.scene.planes import PlaneTable
 from tilesnav_ref.scene.settings import SceneReport, SceneSettings
-from tilesnav_ref.scene.survey.beams import unknown_beside_beams
-from tilesnav_ref.scene.survey.columns import unknown_below
-from tilesnav_ref.scene.survey.read import Survey, read_survey
-from tilesnav_ref.scene.survey.settings import SurveySettings
+from tilesnav_ref.survey.beams import unknown_beside_beams
+from tilesnav_ref.survey.columns import unknown_below
+from tilesnav_ref.survey.read import Survey, read_survey
+from tilesnav_ref.survey.settings import SurveySettings
 from tilesnav_ref.scene.unknown import UnknownSpace
 
 Progress = Callable[[int, int], None]
@@ -33,8 +32,9 @@ class SurveyReport:
     """What became of a point cloud; lengths in metres."""
 
     points: int
-    """Read, after the classes of noise and what is beyond the region were left out."""
+    """In the region; those of the classes of noise are not counted."""
     left_out: int
+    """Beyond the region."""
     planes: int
     inliers: int
     """Points on a plane; the others are stated nowhere but in what is not known to be free."""
@@ -45,7 +45,7 @@ class SurveyReport:
     unknown_share: float
     """Part of the box of the returns that is not known to be free; 0 where all of it was taken for free."""
     origin: tuple[float, float, float] | None
-    """What was taken off the coordinates of the file, in its unit and axes (z up)."""
+    """What was taken off the coordinates of the file, in metres, z up."""
 
 
 def load_survey(
@@ -75,11 +75,11 @@ def load_survey(
         When the file cannot be read, or no plane is found in it.
     """
     clock, show = Clock(), progress or (lambda *_: None)
-    cloud, frame, settings = _placed(path, settings)
+    cloud = read_survey(path, settings)
     clock.lap("read")
-    points = frame.positions
-    inside = _chosen(cloud, points, settings, survey)
-    cloud, points = cloud.only(inside), points[inside]
+    inside = _chosen(cloud.points, settings)
+    cloud = cloud.only(inside)
+    points = cloud.points
     if not len(points):
         raise SceneError(str(path), "points", f"none of {len(inside)} is in the region", "a part of the cloud")
     show(1, 4)
@@ -94,43 +94,28 @@ def load_survey(
         raise SceneError(str(path), "points", found, "flat surfaces; see --units")
     parts, plane_of_part = _parts(mesh)
     file = MeshFile(parts, 0)
-    local = replace(frame, positions=np.concatenate([part.vertices for part in parts]))
+    local = replace(cloud.frame, positions=np.concatenate([part.vertices for part in parts]))
     built, report = finish(Placed(str(path), file, local), replace(settings, region=None), clock)
     owner = np.repeat(plane_of_part, [len(part.faces) for part in parts])[built.source]
     scene = replace(built.scene, planes=_table(features, mesh, owner))
     if not survey.unknown_is_free:
-        scene = replace(scene, unknown=_unknown(path, scene, (cloud, points), survey))
+        scene = replace(scene, unknown=_unknown(path, scene, cloud, survey))
     clock.lap("unknown")
-    found = _report((len(inside), points), features, mesh, scene, (survey, settings.origin))
+    found = replace(
+        _report(cloud, features, mesh, survey),
+        left_out=int((~inside).sum()),
+        unknown_share=0.0 if scene.unknown is None else round(scene.unknown.share(), 4),
+    )
     return scene, replace(report, survey=asdict(found), seconds=clock.seconds)
 
 
-def _placed(path: Path, settings: SceneSettings) -> tuple[Survey, NavFrame, SceneSettings]:
-    """The cloud in the nav frame. Without an origin, one is chosen where coordinates are beyond the grid: a
-    whole number of hundreds below the least ones."""
-    cloud = read_survey(path)
-    frame = to_nav(str(path), path.suffix.lower(), cloud.points, settings)
-    reach = np.abs(frame.positions).max(initial=0.0)
-    if reach < COORDINATE_LIMIT * settings.step or settings.crs is not None or settings.origin is not None:
-        return cloud, frame, settings
-    low = np.floor(cloud.points.min(axis=0) / 100.0) * 100.0
-    settings = replace(settings, origin=(float(low[0]), float(low[1]), 0.0))
-    frame = to_nav(str(path), path.suffix.lower(), cloud.points, settings)
-    return cloud, frame, settings
-
-
-def _chosen(
-    cloud: Survey, points: NDArray[np.float64], settings: SceneSettings, survey: SurveySettings
-) -> NDArray[np.bool_]:
-    """(N,) which points are no noise and in the region, grown by its margin."""
-    chosen = np.isfinite(points).all(axis=1)
-    if cloud.classes is not None:
-        chosen &= ~np.isin(cloud.classes, survey.noise_classes)
-    if settings.region is not None:
-        low, high = np.array(settings.region[:2]), np.array(settings.region[2:])
-        margin = settings.region_margin
-        chosen &= ((points[:, :2] >= low - margin) & (points[:, :2] <= high + margin)).all(axis=1)
-    return np.asarray(chosen)
+def _chosen(points: NDArray[np.float64], settings: SceneSettings) -> NDArray[np.bool_]:
+    """(N,) which points are in the region, grown by its margin."""
+    if settings.region is None:
+        return np.ones(len(points), np.bool_)
+    low, high = np.array(settings.region[:2]), np.array(settings.region[2:])
+    margin = settings.region_margin
+    return np.asarray(((points[:, :2] >= low - margin) & (points[:, :2] <= high + margin)).all(axis=1))
 
 
 def _parts(mesh: PlanarMesh) -> tuple[tuple[Part, ...], NDArray[np.int64]]:
@@ -158,14 +143,11 @@ def _table(features: PlanarFeatures, mesh: PlanarMesh, owner: NDArray[np.int64])
     )
 
 
-def _unknown(
-    path: Path, scene: Scene, measured: tuple[Survey, NDArray[np.float64]], survey: SurveySettings
-) -> UnknownSpace:
-    cloud, points = measured
+def _unknown(path: Path, scene: Scene, cloud: Survey, survey: SurveySettings) -> UnknownSpace:
     step = scene.step
     bounds = np.stack((scene.vertices.min(axis=0), scene.vertices.max(axis=0)))
     size, rise = max(round(survey.block / step), 1), max(round(survey.rise / step), 1)
-    returns = np.round(points / step).astype(np.int64)
+    returns = np.round(cloud.points / step).astype(np.int64)
     if survey.view == "air":
         return unknown_below(returns, bounds, size, rise)
     if cloud.origins is None:
@@ -176,22 +158,17 @@ def _unknown(
 
 
 def _report(
-    points: tuple[int, NDArray[np.float64]],
-    features: PlanarFeatures,
-    mesh: PlanarMesh,
-    scene: Scene,
-    given: tuple[SurveySettings, tuple[float, float, float] | None],
+    cloud: Survey, features: PlanarFeatures, mesh: PlanarMesh, survey: SurveySettings
 ) -> SurveyReport:
-    total, kept = points
-    on_plane = int((features.labels != NO_PLANE).sum())
+    distances = mesh.inlier_distances(cloud.points, features)
     return SurveyReport(
-        points=len(kept),
-        left_out=total - len(kept),
+        points=len(cloud.points),
+        left_out=0,
         planes=len(features),
-        inliers=on_plane,
-        inlier_distance=float(features.inlier_distance),
-        point_distance_95=round(float(np.quantile(mesh.inlier_distances(kept, features), 0.95)), 4),
-        view=given[0].view,
-        unknown_share=0.0 if scene.unknown is None else round(scene.unknown.share(), 4),
-        origin=given[1],
+        inliers=int((features.labels != NO_PLANE).sum()),
+        inlier_distance=round(float(features.inlier_distance), 6),
+        point_distance_95=round(float(np.quantile(distances, 0.95)), 4),
+        view=survey.view,
+        unknown_share=0.0,
+        origin=cloud.origin,
     )
