@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
 from tilesnav_ref.planar.creases import FREE, Creases
 from tilesnav_ref.planar.knots import Knots

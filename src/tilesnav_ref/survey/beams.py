@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.kernels import kernel
-from tilesnav_ref.survey.columns import COLUMNS_LIMIT
 from tilesnav_ref.scene.unknown import UnknownSpace
+from tilesnav_ref.survey.columns import COLUMNS_LIMIT
 
 CROSSINGS = 2
 """Beams that must have crossed a block: a single return may be a reflection."""

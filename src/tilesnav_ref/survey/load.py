@@ -18,11 +18,11 @@ from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.scene.parts import MeshFile, Part
 from tilesnav_ref.scene.planes import PlaneTable
 from tilesnav_ref.scene.settings import SceneReport, SceneSettings
+from tilesnav_ref.scene.unknown import UnknownSpace
 from tilesnav_ref.survey.beams import unknown_beside_beams
 from tilesnav_ref.survey.columns import unknown_below
 from tilesnav_ref.survey.read import Survey, read_survey
 from tilesnav_ref.survey.settings import SurveySettings
-from tilesnav_ref.scene.unknown import UnknownSpace
 
 Progress = Callable[[int, int], None]
 
