@@ -13,12 +13,14 @@ from tilesnav_ref.cells import CellError, CellSettings
 from tilesnav_ref.commands.coarse_arguments import add_coarse_options
 from tilesnav_ref.commands.mission_arguments import add_mission_options
 from tilesnav_ref.commands.sample import SIZES
+from tilesnav_ref.commands.scan import add_scan, scan_settings
 from tilesnav_ref.commands.values import integer, number, numbers
 from tilesnav_ref.encode import EncodeSettings
 from tilesnav_ref.levels import LevelSettings
 from tilesnav_ref.lod import LodSettings
 from tilesnav_ref.scene import METRES_PER_UNIT, SceneError, SceneSettings
 from tilesnav_ref.scene.sample import DETAILS, TownSettings
+from tilesnav_ref.sensor import Route, ScanError, ScannerSettings
 from tilesnav_ref.tileset.model import TilesetSettings
 from tilesnav_ref.visibility import VisibilitySettings
 from tilesnav_ref.visibility.settings import LIMITS
@@ -32,7 +34,7 @@ EXIT_STATUS = """exit status:
 Except for status 0, nothing is left behind and an older tileset at OUT is as it was.
 """
 
-LISTS = ("--region", "--origin", "--seed-point", "--corridor", "--sector")
+LISTS = ("--region", "--origin", "--seed-point", "--corridor", "--sector", "--route")
 """Options whose value may begin with a minus sign and is no plain number."""
 
 
@@ -96,6 +98,21 @@ def cell_settings(given: argparse.Namespace) -> tuple[SceneSettings, CellSetting
         raise UsageError(str(error)) from error
 
 
+def scanner_settings(given: argparse.Namespace) -> tuple[SceneSettings, Route, ScannerSettings]:
+    """Make the settings of the scene, the route and the scanner; what was not given keeps its default.
+
+    Raises
+    ------
+    UsageError
+        When one of them refuses its settings.
+    """
+    values = _values(given)
+    try:
+        return _settings(SceneSettings, values), *scan_settings(values)
+    except (SceneError, ScanError) as error:
+        raise UsageError(str(error)) from error
+
+
 def _values(given: argparse.Namespace) -> dict[str, Any]:
     values = {name: value for name, value in vars(given).items() if value is not None}
     if "seed" in values:
@@ -146,6 +163,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_cells(_command(commands, "cells", "divide the free space of a scene, and draw it"))
     _add_info(_command(commands, "info", "print the figures of a tileset"))
     _add_sample(_command(commands, "sample", "write the sample scene, a town"))
+    _add_scan(_command(commands, "scan", "scan a scene with a simulated LiDAR"))
     return parser
 
 
@@ -183,6 +201,11 @@ def _add_sample(parser: argparse.ArgumentParser) -> None:
         "--seed", type=integer(0), metavar="N", help=f"start of the random numbers ({town.seed})"
     )
     parser.add_argument("--terrain", action="store_true", help="ground that rises and falls")
+
+
+def _add_scan(parser: argparse.ArgumentParser) -> None:
+    add_scan(parser)
+    _add_scene_options(parser.add_argument_group("scene"))
 
 
 def _add_encode(parser: argparse.ArgumentParser) -> None:

@@ -26,6 +26,7 @@ LABELS = {
     "visibility": "see from every cell",
     "levels": "choose levels",
     "deltas": "make deltas",
+    "scan": "scan the scene",
     "write": "write",
 }
 

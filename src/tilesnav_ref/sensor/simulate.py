@@ -109,5 +109,5 @@ def _measure(
 
 def nav_from_scanner(headings: NDArray[np.float64], settings: ScannerSettings) -> NDArray[np.float64]:
     """(N, 3, 3) float64 rotations of the scanner on its mount for headings (N,) in radians."""
-    mount = Rotation.from_euler("yx", (settings.pitch, settings.roll), degrees=True)
+    mount = Rotation.from_euler("YX", (settings.pitch, settings.roll), degrees=True)
     return np.asarray((Rotation.from_euler("z", headings[:, None]) * mount).as_matrix())

@@ -1,16 +1,20 @@
-"""Writing of scans as LAS and PLY, one scan at a time, so that a long route needs little memory."""
+"""Writing of scans to files, one scan at a time, so that a long route needs little memory."""
 
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Callable, Iterable
 from datetime import date
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from tilesnav_ref.sensor.errors import ScanError
+from tilesnav_ref.sensor.mcap_file import mcap_writer, write_mcap
 from tilesnav_ref.sensor.model import Returns, Scan
 
 LAS_STEP = 0.001
@@ -19,6 +23,10 @@ NO_DAY = date(2000, 1, 1)
 """Creation date of LAS files, which must have one: a simulation has no day; the same bytes every time."""
 COUNT_DIGITS = 12
 """Digits of the count in the header of a PLY file, which is known only when all is written."""
+
+POSES = "poses.txt"
+POSES_HEADER = "# time x y z qx qy qz qw: seconds, metres, unit quaternion; nav frame from scanner\n"
+"""First line of the file of poses, a trajectory as the TUM RGB-D benchmark and the tool evo know it."""
 
 PLY_TYPES = {"<f8": "double", "<f4": "float", "<i4": "int", "|u1": "uchar"}
 PLY_RECORD = np.dtype(
@@ -41,14 +49,16 @@ LAS_DIMENSIONS = {"scan": "int32", "face": "int32", "object": "int32", "true_ran
 
 
 def write_scans(scans: Iterable[Scan], path: Path) -> int:
-    """Write the points of scans in the nav frame, with time, scan, beam, true face, object and range.
+    """Write the points of scans with time, scan, beam, true face, object and range.
 
     Parameters
     ----------
     scans : iterable of Scan
         Taken one by one.
     path : Path
-        .ply (binary), .las or .laz; replaced only when the new file is complete.
+        .ply (binary), .las or .laz: all points in the nav frame. .mcap: messages of ROS 2. Without an
+        ending: a folder with a PLY file a scan, each in the frame of the scanner at its first firing as if
+        it had stood still, and `POSES`, the true poses. It must not exist; nothing is there until all is.
 
     Returns
     -------
@@ -57,7 +67,8 @@ def write_scans(scans: Iterable[Scan], path: Path) -> int:
     Raises
     ------
     ScanError
-        Another ending, a folder that is not there, a missing extra, or coordinates beyond what LAS can hold.
+        Another ending, something at that path, a parent that is no folder, a missing extra, or coordinates
+        beyond what LAS can hold.
     """
     check_output(path)
     return _completed(path, lambda part: WRITERS[path.suffix.lower()](scans, part))
@@ -71,12 +82,18 @@ def check_output(path: Path) -> None:
     ScanError
         See :func:`write_scans`.
     """
-    if path.suffix.lower() not in WRITERS:
-        raise ScanError(str(path), f"the ending {path.suffix!r}", ", ".join(WRITERS))
+    suffix = path.suffix.lower()
+    if suffix not in WRITERS:
+        named = ", ".join(name for name in WRITERS if name)
+        raise ScanError(str(path), f"the ending {path.suffix!r}", f"{named}, or none for a folder")
     if not path.parent.is_dir():
         raise ScanError(str(path), f"{path.parent}, which is no folder", "a folder that exists")
-    if path.suffix.lower() != ".ply":
+    if path.exists():
+        raise ScanError(str(path), "something there", "a name that is free")
+    if suffix in (".las", ".laz"):
         _laspy()
+    if suffix == ".mcap":
+        mcap_writer()
 
 
 def _completed(path: Path, write: Callable[[Path], int]) -> int:
@@ -86,7 +103,10 @@ def _completed(path: Path, write: Callable[[Path], int]) -> int:
         count = write(part)
         part.replace(path)
     finally:
-        part.unlink(missing_ok=True)
+        if part.is_dir():
+            shutil.rmtree(part)
+        else:
+            part.unlink(missing_ok=True)
     return count
 
 
@@ -95,7 +115,7 @@ def _write_ply(scans: Iterable[Scan], path: Path) -> int:
     with path.open("wb") as file:
         place = _ply_header(file)
         for scan in scans:
-            file.write(ply_records(scan.returns).tobytes())
+            file.write(ply_records(scan.returns, scan.returns.points).tobytes())
             count += len(scan.returns)
         file.seek(place)
         file.write(f"{count:0{COUNT_DIGITS}d}".encode())
@@ -111,15 +131,37 @@ def _ply_header(file: BinaryIO) -> int:
     return len(head)
 
 
-def ply_records(returns: Returns) -> np.ndarray[Any, np.dtype[np.void]]:
-    """(N,) records of `PLY_RECORD`."""
+def ply_records(returns: Returns, points: NDArray[np.float64]) -> np.ndarray[Any, np.dtype[np.void]]:
+    """(N,) records of `PLY_RECORD` with the given coordinates (N, 3)."""
     records = np.empty(len(returns), PLY_RECORD)
     for axis, name in enumerate("xyz"):
-        records[name] = returns.points[:, axis]
+        records[name] = points[:, axis]
     records["time"], records["scan"], records["beam"] = returns.times, returns.scans, returns.beams
     records["face"], records["object"] = returns.faces, returns.objects
     records["true_range"] = returns.true_ranges
     return records
+
+
+def _write_folder(scans: Iterable[Scan], path: Path) -> int:
+    count = 0
+    path.mkdir()
+    with (path / POSES).open("w", encoding="ascii") as poses:
+        poses.write(POSES_HEADER)
+        for scan in scans:
+            with (path / f"scan_{scan.number:06d}.ply").open("wb") as file:
+                place = _ply_header(file)
+                file.write(ply_records(scan.returns, scan.points_in_scanner()).tobytes())
+                file.seek(place)
+                file.write(f"{len(scan.returns):0{COUNT_DIGITS}d}".encode())
+            poses.write(_pose_line(scan))
+            count += len(scan.returns)
+    return count
+
+
+def _pose_line(scan: Scan) -> str:
+    place = scan.nav_from_scanner[:3, 3]
+    turn = Rotation.from_matrix(scan.nav_from_scanner[:3, :3]).as_quat(canonical=True)
+    return f"{scan.time:.6f} " + " ".join(f"{value:.9f}" for value in (*place, *turn)) + "\n"
 
 
 def _write_las(scans: Iterable[Scan], path: Path) -> int:
@@ -166,4 +208,6 @@ WRITERS: dict[str, Callable[[Iterable[Scan], Path], int]] = {
     ".ply": _write_ply,
     ".las": _write_las,
     ".laz": _write_las,
+    ".mcap": write_mcap,
+    "": _write_folder,
 }
