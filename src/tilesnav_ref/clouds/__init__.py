@@ -1,0 +1,1 @@
+"""Point clouds: readers and made-up towns."""
