@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,11 +12,14 @@ from mission_scenes import rectangle, scene_of
 from scan_scenes import yard
 from scipy.spatial.transform import Rotation
 
+from tilesnav_ref.cli import main
+from tilesnav_ref.clouds import read_cloud
 from tilesnav_ref.registration import LEAST_HELD, RegistrationError, RegistrationSettings, register
 from tilesnav_ref.registration.adjust import adjust
+from tilesnav_ref.registration.poses import read_poses, write_poses
 from tilesnav_ref.registration.thin import thin
 from tilesnav_ref.scene import Scene
-from tilesnav_ref.sensor import Route, Scan, ScannerSettings, simulate_scans
+from tilesnav_ref.sensor import Route, Scan, ScannerSettings, simulate_scans, write_scans
 
 pytest.importorskip("small_gicp", reason="registration is an extra")
 
@@ -170,3 +175,62 @@ def test_what_is_refused(around: list[Scan]) -> None:
 def test_bad_settings(name: str, value: float) -> None:
     with pytest.raises(RegistrationError, match=name):
         RegistrationSettings(**{name: value})  # type: ignore[arg-type]
+
+
+def test_command(around: list[Scan], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scans = around[:4]
+    write_scans(scans, tmp_path / "scans")
+    files = [str(path) for path in sorted((tmp_path / "scans").glob("*.ply"))]
+    write_poses(tmp_path / "starts.txt", np.array(wrong(scans, 0.3, 1.0)))
+    out, poses = tmp_path / "merged.ply", tmp_path / "poses.txt"
+    options = ["--poses", str(tmp_path / "starts.txt"), "--found-poses", str(poses), "--quiet"]
+    assert main(["register", *files, str(out), *options, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert errors(scans, read_poses(poses))[0].max() < 0.03
+    assert np.allclose([row["pose"] for row in found["scans"]], read_poses(poses), atol=1e-6)
+    assert [row["scan"] for row in found["scans"]] == files
+    assert found["points"] == sum(len(scan.returns) for scan in scans)
+    merged = read_cloud(out)
+    expected = np.concatenate([scan.returns.points for scan in scans])
+    away = np.linalg.norm(merged.points + merged.origin - expected, axis=1)
+    assert np.percentile(away, 99) < 0.05
+    assert main(["register", *files, str(out), *options]) == 2
+    assert "something there" in capsys.readouterr().err
+    options[3] = str(tmp_path / "again.txt")
+    assert main(["register", *files, str(tmp_path / "again.ply"), *options]) == 0
+    assert "rms" in capsys.readouterr().out
+    assert out.read_bytes() == (tmp_path / "again.ply").read_bytes()
+
+
+def test_command_refuses(around: list[Scan], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_scans(around[:2], tmp_path / "scans")
+    files = [str(path) for path in sorted((tmp_path / "scans").glob("*.ply"))]
+    (tmp_path / "bad.txt").write_text("# remark\n0 1 2 3 0 0 0 1\n0 1 2 3 0 0 0 2\n")
+    before = sorted(tmp_path.iterdir())
+    for arguments, said in (
+        ([*files, str(tmp_path / "a.ply"), "--poses", str(tmp_path / "bad.txt")], "line 3: found a quat"),
+        ([*files, str(tmp_path / "a.xyz")], "'.xyz'"),
+        ([files[0], str(tmp_path / "a.ply")], "found 1; allowed: 2"),
+        ([*files, str(tmp_path / "a.ply"), "--voxel", "0"], "voxel: found 0.0"),
+        ([*files, str(tmp_path / "no" / "a.ply")], "no folder"),
+        ([*files, str(tmp_path / "missing.ply"), str(tmp_path / "a.ply")], "missing.ply"),
+    ):
+        assert main(["register", *arguments, "--quiet"]) == 2
+        assert said in capsys.readouterr().err
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_poses_are_written_and_read(tmp_path: Path) -> None:
+    random = np.random.default_rng(2)
+    poses = np.repeat(np.eye(4)[None], 5, axis=0)
+    poses[:, :3, :3] = Rotation.random(5, random_state=3).as_matrix()
+    poses[:, :3, 3] = random.uniform(-1e6, 1e6, (5, 3))
+    write_poses(tmp_path / "p.txt", poses)
+    assert np.abs(read_poses(tmp_path / "p.txt") - poses).max() < 1e-8
+
+
+@pytest.mark.parametrize("line", ["1 2 3", "0 1 2 3 0 0 0 x", "0 nan 2 3 0 0 0 1"])
+def test_bad_poses(tmp_path: Path, line: str) -> None:
+    (tmp_path / "p.txt").write_text(line)
+    with pytest.raises(RegistrationError, match=r"line 1: .*eight numbers"):
+        read_poses(tmp_path / "p.txt")

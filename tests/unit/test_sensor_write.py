@@ -13,7 +13,7 @@ from scan_scenes import room
 from scipy.spatial.transform import Rotation
 
 from tilesnav_ref.cli import main
-from tilesnav_ref.scene import write_mesh
+from tilesnav_ref.scene import SceneError, write_mesh
 from tilesnav_ref.sensor import Route, Scan, ScanError, ScannerSettings, join, simulate_scans, write_scans
 
 SETTINGS = ScannerSettings(azimuth_step=3.0, outliers=0.1, every=2)
@@ -143,8 +143,9 @@ def test_las_refuses_what_it_cannot_hold(scans: list[Scan], tmp_path: Path) -> N
     pytest.importorskip("laspy", reason="LAS is an extra")
     returns = scans[0].returns
     far = Scan(0, 0.0, np.eye(4), type(returns)(**{**vars(returns), "points": returns.points + 3e6}))
-    with pytest.raises(ScanError, match="2147484 m"):
-        write_scans([far], tmp_path / "a.las")
+    near = Scan(0, 0.0, np.eye(4), returns)
+    with pytest.raises(SceneError, match="2147484 m"):
+        write_scans([near, far], tmp_path / "a.las")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import fields
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -12,15 +11,15 @@ from tilesnav_ref import __version__
 from tilesnav_ref.cells import CellError, CellSettings
 from tilesnav_ref.commands.coarse_arguments import add_coarse_options
 from tilesnav_ref.commands.mission_arguments import add_mission_options
+from tilesnav_ref.commands.register import add_register
 from tilesnav_ref.commands.sample import SIZES
-from tilesnav_ref.commands.scan import add_scan, scan_settings
-from tilesnav_ref.commands.values import integer, number, numbers
+from tilesnav_ref.commands.scan import add_scan
+from tilesnav_ref.commands.values import given_of, integer, number, numbers
 from tilesnav_ref.encode import EncodeSettings
 from tilesnav_ref.levels import LevelSettings
 from tilesnav_ref.lod import LodSettings
 from tilesnav_ref.scene import METRES_PER_UNIT, SceneError, SceneSettings
 from tilesnav_ref.scene.sample import DETAILS, TownSettings
-from tilesnav_ref.sensor import Route, ScanError, ScannerSettings
 from tilesnav_ref.tileset.model import TilesetSettings
 from tilesnav_ref.visibility import VisibilitySettings
 from tilesnav_ref.visibility.settings import LIMITS
@@ -98,18 +97,17 @@ def cell_settings(given: argparse.Namespace) -> tuple[SceneSettings, CellSetting
         raise UsageError(str(error)) from error
 
 
-def scanner_settings(given: argparse.Namespace) -> tuple[SceneSettings, Route, ScannerSettings]:
-    """Make the settings of the scene, the route and the scanner; what was not given keeps its default.
+def scene_settings(given: argparse.Namespace) -> SceneSettings:
+    """Make the settings of the scene; what was not given keeps its default.
 
     Raises
     ------
     UsageError
-        When one of them refuses its settings.
+        When it refuses them.
     """
-    values = _values(given)
     try:
-        return _settings(SceneSettings, values), *scan_settings(values)
-    except (SceneError, ScanError) as error:
+        return SceneSettings(**given_of(SceneSettings, _values(given)))
+    except SceneError as error:
         raise UsageError(str(error)) from error
 
 
@@ -136,7 +134,7 @@ def town_settings(given: argparse.Namespace) -> TownSettings:
 
 
 def _settings(kind: type[Any], values: dict[str, Any]) -> Any:
-    return kind(**{one.name: values[one.name] for one in fields(kind) if one.name in values})
+    return kind(**given_of(kind, values))
 
 
 def _joined(arguments: Sequence[str]) -> list[str]:
@@ -163,7 +161,8 @@ def _parser() -> argparse.ArgumentParser:
     _add_cells(_command(commands, "cells", "divide the free space of a scene, and draw it"))
     _add_info(_command(commands, "info", "print the figures of a tileset"))
     _add_sample(_command(commands, "sample", "write the sample scene, a town"))
-    _add_scan(_command(commands, "scan", "scan a scene with a simulated LiDAR"))
+    _add_scene_options(add_scan(_command(commands, "scan", "scan a scene with a simulated LiDAR")))
+    add_register(_command(commands, "register", "bring scans together into one point cloud"))
     return parser
 
 
@@ -201,11 +200,6 @@ def _add_sample(parser: argparse.ArgumentParser) -> None:
         "--seed", type=integer(0), metavar="N", help=f"start of the random numbers ({town.seed})"
     )
     parser.add_argument("--terrain", action="store_true", help="ground that rises and falls")
-
-
-def _add_scan(parser: argparse.ArgumentParser) -> None:
-    add_scan(parser)
-    _add_scene_options(parser.add_argument_group("scene"))
 
 
 def _add_encode(parser: argparse.ArgumentParser) -> None:

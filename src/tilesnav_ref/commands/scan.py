@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from tilesnav_ref.commands.values import integer, line, number
+from tilesnav_ref.commands.values import given_of, integer, line, number
 from tilesnav_ref.scene import Scene, SceneSettings, load_scene
 from tilesnav_ref.sensor import NO_FACE, Route, Scan, ScannerSettings, scan_count, simulate_scans
 from tilesnav_ref.sensor.write import check_output, write_scans
@@ -27,8 +26,8 @@ def route_line(text: str) -> tuple[tuple[float, ...], ...]:
     return line(text) if Path(text).suffix.lower() in (".json", ".csv") else line(";".join(text.split()))
 
 
-def add_scan(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments, but for those of the scene."""
+def add_scan(parser: argparse.ArgumentParser) -> Any:
+    """Add the arguments, and return the group for those of the scene."""
     parser.add_argument(
         "scene", type=Path, metavar="SCENE", help="PLY, OBJ, STL, OFF, GLB or glTF file, or tileset.json"
     )
@@ -49,6 +48,7 @@ def add_scan(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--quiet", action="store_true", help="no progress")
     _add_scanner(parser.add_argument_group("scanner"))
+    return parser.add_argument_group("scene")
 
 
 def _add_scanner(group: Any) -> None:
@@ -79,7 +79,7 @@ def _add_scanner(group: Any) -> None:
     )
 
 
-def scan_settings(values: dict[str, Any]) -> tuple[Route, ScannerSettings]:
+def scan_settings(given: argparse.Namespace) -> tuple[Route, ScannerSettings]:
     """Make route and scanner of what was given; the rest keeps its default.
 
     Raises
@@ -87,9 +87,9 @@ def scan_settings(values: dict[str, Any]) -> tuple[Route, ScannerSettings]:
     ScanError
         When a value is not as allowed.
     """
-    route = {name: values[name] for name in ("speed", "turn_length") if name in values}
-    scanner = {one.name: values[one.name] for one in fields(ScannerSettings) if one.name in values}
-    return Route(values["route"], **route), ScannerSettings(**scanner)
+    values = vars(given)
+    route = {"waypoints": given.route, **given_of(Route, values)}
+    return Route(**route), ScannerSettings(**given_of(ScannerSettings, values))
 
 
 def scan_figures(

@@ -60,7 +60,7 @@ def register(
         Roughly where each scan lies; None: each lies where its coordinates say.
     settings : RegistrationSettings or None
     progress : callable or None
-        Told the stage, how much of it is done and how much there is.
+        Told the stage (grow, adjust), how much of it is done and how much there is.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def register(
     a repetition.
     """
     settings, show = settings or RegistrationSettings(), progress or (lambda *_: None)
-    names, thinned, origin = _thin_all(scans, settings, show)
+    names, thinned, origin = _thin_all(scans, settings)
     if len(names) < 2:
         raise RegistrationError("scans", f"{len(names)}", "2 or more")
     given = _starts(starts, len(names))
@@ -98,7 +98,7 @@ def register(
 
 
 def _thin_all(
-    scans: Iterable[tuple[str, NDArray[np.float64]]], settings: RegistrationSettings, show: Progress
+    scans: Iterable[tuple[str, NDArray[np.float64]]], settings: RegistrationSettings
 ) -> tuple[list[str], list[Thinned], NDArray[np.float64]]:
     """Names and thinned scans, all moved by the returned (3,) to near zero."""
     names: list[str] = []
@@ -110,7 +110,6 @@ def _thin_all(
             origin = np.round(finite.mean(axis=0)) if len(finite) else origin
         names.append(name)
         thinned.append(thin(name, points - origin, settings))
-        show("thin", len(names), 0)
     return names, thinned, origin
 
 
