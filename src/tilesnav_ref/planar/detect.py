@@ -12,7 +12,7 @@ from tilesnav_ref.planar.extents import rectangles
 from tilesnav_ref.planar.grid import make_grid
 from tilesnav_ref.planar.model import NO_PLANE, PlanarFeatures
 from tilesnav_ref.planar.moments import moments_of
-from tilesnav_ref.planar.rounds import Rounds
+from tilesnav_ref.planar.rounds import AGAIN, Rounds
 from tilesnav_ref.planar.scale import NEIGHBOURS, Scale, scale_of
 from tilesnav_ref.planar.settings import PlaneSettings
 from tilesnav_ref.planar.thinning import CROWDED, crowding, representatives
@@ -20,10 +20,7 @@ from tilesnav_ref.processors import thread_count
 
 Progress = Callable[[str, int, int], None]
 
-WIDENINGS = (1.5, 2.0)
-"""Radii of the rounds after the first, in its radius: what is narrow or sparse has its neighbours farther
-away, and what lies between is taken by then."""
-STEPS = 4 + len(WIDENINGS)
+STEPS = 4 + len(AGAIN)
 
 
 def detect_planes(
@@ -95,9 +92,9 @@ def _labels(
     show("planes", 1, STEPS)
     rounds = Rounds(grid, scale, settings, pool)
     rounds.first()
-    for number, factor in enumerate(WIDENINGS):
+    for number, rule in enumerate(AGAIN):
         show("planes", 2 + number, STEPS)
-        rounds.again(factor)
+        rounds.again(rule)
     rounds.settle()
     show("planes", STEPS - 1, STEPS)
     labels = np.empty(len(grid.points), np.int32)

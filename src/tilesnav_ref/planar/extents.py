@@ -10,7 +10,10 @@ from tilesnav_ref.planar.model import Rectangles
 
 
 def rectangles(
-    points: NDArray[np.float64], labels: NDArray[np.int32], normals: NDArray[np.float64], origin: NDArray[np.float64]
+    points: NDArray[np.float64],
+    labels: NDArray[np.int32],
+    normals: NDArray[np.float64],
+    origin: NDArray[np.float64],
 ) -> Rectangles:
     """Rectangles of least area in the planes of the features.
 
@@ -51,8 +54,9 @@ def _rectangle(
     sides = np.roll(hull, -1, axis=0) - hull
     lengths = np.hypot(*sides.T)
     cos, sin = (sides[lengths > 0] / lengths[lengths > 0, None]).T if lengths.any() else np.eye(2)[:, :1]
-    along, across = np.outer(cos, hull[:, 0]) + np.outer(sin, hull[:, 1]), (
-        np.outer(cos, hull[:, 1]) - np.outer(sin, hull[:, 0])
+    along, across = (
+        np.outer(cos, hull[:, 0]) + np.outer(sin, hull[:, 1]),
+        (np.outer(cos, hull[:, 1]) - np.outer(sin, hull[:, 0])),
     )
     sizes = np.stack((np.ptp(along, axis=1), np.ptp(across, axis=1)), axis=1)
     best = int(np.argmin(sizes.prod(axis=1)))

@@ -31,7 +31,9 @@ class Noise(NamedTuple):
     seed: int
 
 
-def over_cubes(pool: ThreadPoolExecutor, grid: Grid, kernel: Callable[..., None], fixed: Any, out: Any) -> None:
+def over_cubes(
+    pool: ThreadPoolExecutor, grid: Grid, kernel: Callable[..., None], fixed: Any, out: Any
+) -> None:
     """Run a kernel on all cubes of a grid; it writes each point's results from what is fixed, so the number
     of threads does not matter."""
     work = [

@@ -9,6 +9,9 @@ from tilesnav_ref.kernels import kernel
 from tilesnav_ref.planar.assignment import only_label
 from tilesnav_ref.planar.moments import Moments
 
+TOUCHING = 6
+"""Most greater labels that are noted for a point; its neighbours note others."""
+
 
 @kernel
 def touching_cubes(
@@ -19,9 +22,9 @@ def touching_cubes(
     span: tuple[int, int],
     marks: tuple[NDArray[np.int32], NDArray[np.int32]],
 ) -> None:
-    """Write, for the points of a span, up to two greater labels that a neighbour carries.
+    """Write, for the points of a span, greater labels that neighbours carry.
 
-    `marks` are the labels (N,) and what is written (N, 2), -1 for none.
+    `marks` are the labels (N,) and what is written (N, `TOUCHING`), -1 for none.
     """
     labels, found = marks
     limit = radius * radius
@@ -30,27 +33,26 @@ def touching_cubes(
             found[cubes[cube] : cubes[cube + 1]] = -1
             continue
         for at in range(cubes[cube], cubes[cube + 1]):
-            own = labels[at]
-            first = second = -1
+            found[at] = -1
+            own, known = labels[at], 0
             for run in range(9 if own >= 0 else 0):
                 for other in range(runs[cube, run, 0], runs[cube, run, 1]):
                     label = labels[other]
-                    if label <= own or label in (first, second) or second >= 0:
+                    if label <= own or known == TOUCHING or label in found[at, :known]:
                         continue
                     x = points[other, 0] - points[at, 0]
                     y = points[other, 1] - points[at, 1]
                     z = points[other, 2] - points[at, 2]
                     if x * x + y * y + z * z <= limit:
-                        first, second = (label, -1) if first < 0 else (first, label)
-            found[at, 0] = first
-            found[at, 1] = second
+                        found[at, known] = label
+                        known += 1
 
 
 def pairs_of(labels: NDArray[np.int32], found: NDArray[np.int32]) -> NDArray[np.int64]:
     """(P, 2) different pairs of labels, ascending."""
-    pairs = np.concatenate([
-        np.stack((labels[found[:, k] >= 0], found[found[:, k] >= 0, k]), axis=1) for k in range(2)
-    ]).astype(np.int64)
+    pairs = np.concatenate(
+        [np.stack((labels[found[:, k] >= 0], found[found[:, k] >= 0, k]), axis=1) for k in range(TOUCHING)]
+    ).astype(np.int64)
     factor = np.int64(len(labels) + 1)
     keys = np.unique(pairs[:, 0] * factor + pairs[:, 1])
     return np.stack((keys // factor, keys % factor), axis=1)

@@ -35,7 +35,9 @@ class LocalPlanes(NamedTuple):
 
 
 @kernel
-def least_axis(xx: float, xy: float, xz: float, yy: float, yz: float, zz: float) -> tuple[float, float, float, float, float]:
+def least_axis(
+    xx: float, xy: float, xz: float, yy: float, yz: float, zz: float
+) -> tuple[float, float, float, float, float]:
     """Least two eigenvalues of a symmetric matrix and the unit eigenvector of the least.
 
     Notes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from tilesnav_ref.planar.assignment import Choice, Limits, assign_cubes
 from tilesnav_ref.planar.grid import Grid, cube_of_point, make_grid
 from tilesnav_ref.planar.growth import Cloud, Rules, grow_all
 from tilesnav_ref.planar.local import FLAT_SIGMAS, Noise, local_planes, over_cubes
-from tilesnav_ref.planar.merging import merged, pairs_of, touching_cubes
+from tilesnav_ref.planar.merging import TOUCHING, merged, pairs_of, touching_cubes
 from tilesnav_ref.planar.model import NO_PLANE
 from tilesnav_ref.planar.moments import moments_of
 from tilesnav_ref.planar.normals import LocalPlanes
@@ -23,11 +24,27 @@ GROWN_SIGMAS = 1.6
 2.3; those of a plane 1, and a little more where edges of neighbours join."""
 WIDEST = np.radians(30.0)
 """Greatest angle at which a normal still speaks for a plane, whatever its deviation."""
-SMALL = 4
-"""A feature with fewer than four times the fewest points is taken apart once the features around it are
-known: alone, its points show their plane better."""
+ANY = np.pi / 2
 FRAGMENT = 40
 """Features with fewer than 40 times the fewest points are joined across gaps of two radii as well."""
+
+
+class Again(NamedTuple):
+    """A round with the points that are left."""
+
+    factor: float
+    """Radius, in that of the first round: what is narrow or sparse has its neighbours farther away."""
+    widest: float
+    """Greatest angle of a normal that may join, radians; with `ANY` all may."""
+    release: int
+    """Features with fewer than this many times the fewest points are taken apart before: alone, with what
+    is around them known, their points show their plane better."""
+
+
+AGAIN = (Again(1.5, WIDEST, 4), Again(2.0, ANY, 10))
+"""Along a strip as narrow as the radius, local planes of the first round are those of its neighbours; the
+second finds its parts. The third joins what lies between them by the distance alone, which does no harm where
+all that is greater has been taken."""
 
 
 class Rounds:
@@ -51,21 +68,21 @@ class Rounds:
     def first(self) -> None:
         """Grow from all points."""
         self._planes = self._local(self._grid, self._scale.radius)
-        self.labels = self._grow(self._grid, self._planes, self._scale.radius)
+        self.labels = self._grow(self._grid, self._planes, self._scale.radius, WIDEST)
         self._join()
         self._assign()
 
-    def again(self, factor: float) -> None:
-        """Grow from what is left, and from what was taken by small features, with a greater radius."""
-        self._drop(SMALL * self._settings.min_points)
+    def again(self, rule: Again) -> None:
+        """Grow from what is left, and from what was taken by small features."""
+        self._drop(rule.release * self._settings.min_points)
         left = np.flatnonzero(self.labels < 0)
         if len(left) < FEWEST_POINTS:
             return
-        radius = factor * self._scale.radius
+        radius = rule.factor * self._scale.radius
         grid = make_grid(self._grid.points[left], radius)
         planes = self._local(grid, radius)
         back = left[grid.order]
-        self.labels[back] = self._grow(grid, planes, radius)
+        self.labels[back] = self._grow(grid, planes, radius, rule.widest)
         for mine, new in zip(self._planes, planes, strict=True):
             mine[back] = new
         self._join()
@@ -81,11 +98,13 @@ class Rounds:
     def _local(self, grid: Grid, radius: float) -> LocalPlanes:
         return local_planes(grid, Noise(radius, self._scale.noise, self._settings.seed), self._pool)
 
-    def _grow(self, grid: Grid, planes: LocalPlanes, radius: float) -> NDArray[np.int32]:
+    def _grow(self, grid: Grid, planes: LocalPlanes, radius: float, widest: float) -> NDArray[np.int32]:
         noise = self._scale.noise
         size = len(grid.points)
         labels = np.full(size, NO_PLANE, np.int32)
-        angles = np.minimum(self._settings.normal_sigmas * planes.spread, WIDEST)
+        angles = np.minimum(self._settings.normal_sigmas * planes.spread, widest)
+        if widest >= ANY:
+            angles.fill(ANY)
         cosines = np.cos(angles).astype(np.float32)
         cloud = Cloud(grid.points, cube_of_point(grid), grid.runs, *planes[:3], cosines, labels)
         # two thirds: a feature may gain the points on its edges later
@@ -110,7 +129,7 @@ class Rounds:
             self._joined(self._pairs(grid, self.labels[members[grid.order]], radius))
 
     def _pairs(self, grid: Grid, labels: NDArray[np.int32], radius: float) -> NDArray[np.int64]:
-        found = np.empty((len(labels), 2), np.int32)
+        found = np.empty((len(labels), TOUCHING), np.int32)
         over_cubes(self._pool, grid, touching_cubes, radius, (labels, found))
         return pairs_of(labels, found)
 

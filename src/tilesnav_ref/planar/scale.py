@@ -72,9 +72,9 @@ def _slabs(points: NDArray[np.float64]) -> NDArray[np.float64]:
     starts = np.linspace(0, len(points) - SLAB_POINTS - 1, 2 * SLABS + 1)[1::2].astype(np.int64)
     ends = starts + SLAB_POINTS
     places = np.partition(x, np.concatenate((starts, ends)))
-    return np.concatenate([
-        points[(x >= places[start]) & (x < places[end])] for start, end in zip(starts, ends, strict=True)
-    ])
+    return np.concatenate(
+        [points[(x >= places[start]) & (x < places[end])] for start, end in zip(starts, ends, strict=True)]
+    )
 
 
 def _spacing(points: NDArray[np.float64], seed: int) -> float:
