@@ -20,15 +20,20 @@ from tilesnav_ref.commands.arguments import (
     cell_settings,
     encode_settings,
     parse,
+    scene_settings,
     town_settings,
 )
 from tilesnav_ref.commands.cells import cell_figures, print_cells
 from tilesnav_ref.commands.info import print_figures
 from tilesnav_ref.commands.progress import stage_lines
+from tilesnav_ref.commands.register import print_registration, registration_figures
 from tilesnav_ref.commands.sample import write_sample
+from tilesnav_ref.commands.scan import print_scan, scan_figures, scan_settings
 from tilesnav_ref.commands.signals import Stopped, StopRequest, stop_on_signals
 from tilesnav_ref.encode import encode
+from tilesnav_ref.registration import RegistrationError
 from tilesnav_ref.scene import SceneError
+from tilesnav_ref.sensor import ScanError
 from tilesnav_ref.stream.errors import TilesetError
 from tilesnav_ref.stream.figures import figures
 from tilesnav_ref.stream.reader import open_tileset
@@ -37,7 +42,7 @@ from tilesnav_ref.tileset.folder import check_output
 
 NOT_ENCODABLE = (CellError, EncodeError, MemoryError)
 """Exit status 1."""
-UNUSABLE = (UsageError, SceneError, TilesetError, OutputError, OSError)
+UNUSABLE = (UsageError, SceneError, ScanError, RegistrationError, TilesetError, OutputError, OSError)
 """Exit status 2."""
 
 
@@ -63,8 +68,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(given: Namespace, request: StopRequest) -> None:
-    if given.command in ("encode", "cells"):
-        {"encode": _encode, "cells": _cells}[given.command](given, request)
+    working = {"encode": _encode, "cells": _cells, "scan": _scan, "register": _register}
+    if given.command in working:
+        working[given.command](given, request)
     else:
         {"info": _info, "sample": _sample}[given.command](given)
 
@@ -99,6 +105,37 @@ def _cells(given: Namespace, request: StopRequest) -> None:
             print(json.dumps(found, indent=1))
         else:
             print_cells(_Output(), found)
+
+
+def _scan(given: Namespace, request: StopRequest) -> None:
+    settings = (scene_settings(given), *scan_settings(given))
+    with stage_lines(Console(stderr=True), given.quiet) as show:
+
+        def progress(stage: str, done: int, total: int) -> None:
+            request.check()
+            show(stage, done, total)
+
+        found = scan_figures(given.scene, given.out, settings, progress)
+    with _closed_pipe_is_no_error():
+        if given.json:
+            print(json.dumps(found, indent=1))
+        else:
+            print_scan(_Output(), found)
+
+
+def _register(given: Namespace, request: StopRequest) -> None:
+    with stage_lines(Console(stderr=True), given.quiet) as show:
+
+        def progress(stage: str, done: int, total: int) -> None:
+            request.check()
+            show(stage, done, total)
+
+        found = registration_figures(given, progress)
+    with _closed_pipe_is_no_error():
+        if given.json:
+            print(json.dumps(found, indent=1))
+        else:
+            print_registration(_Output(), found)
 
 
 def _info(given: Namespace) -> None:

@@ -16,13 +16,17 @@ def coplanar_parts(corners: NDArray[np.float64]) -> NDArray[np.int64]:
     """(F,) number of the flat connected patch of each triangle (F, 3, 3)."""
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    normals *= np.where(normals[:, [2, 1, 0]][np.arange(len(normals)), _first_large(normals)] < 0, -1.0, 1.0)[:, None]
+    normals *= np.where(normals[:, [2, 1, 0]][np.arange(len(normals)), _first_large(normals)] < 0, -1.0, 1.0)[
+        :, None
+    ]
     offsets = np.einsum("fk,fk->f", normals, corners[:, 0])
     keys = np.round(np.column_stack((normals * 1000, offsets * 100)))
     _, plane = np.unique(keys, axis=0, return_inverse=True)
     _, vertex = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     faces = vertex.reshape(-1, 3)
-    edges = np.column_stack((np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), np.repeat(plane, 3)))
+    edges = np.column_stack(
+        (np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), np.repeat(plane, 3))
+    )
     _, place = np.unique(edges, axis=0, return_inverse=True)
     order = np.argsort(place, kind="stable")
     same = place[order][1:] == place[order][:-1]

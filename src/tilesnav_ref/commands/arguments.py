@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import fields
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -12,9 +11,11 @@ from tilesnav_ref import __version__
 from tilesnav_ref.cells import CellError, CellSettings
 from tilesnav_ref.commands.coarse_arguments import add_coarse_options
 from tilesnav_ref.commands.mission_arguments import add_mission_options
+from tilesnav_ref.commands.register import add_register
 from tilesnav_ref.commands.sample import SIZES
+from tilesnav_ref.commands.scan import add_scan
 from tilesnav_ref.commands.survey_arguments import add_survey_options, survey_settings
-from tilesnav_ref.commands.values import integer, number, numbers
+from tilesnav_ref.commands.values import given_of, integer, number, numbers
 from tilesnav_ref.encode import EncodeSettings
 from tilesnav_ref.levels import LevelSettings
 from tilesnav_ref.lod import LodSettings
@@ -34,7 +35,7 @@ EXIT_STATUS = """exit status:
 Except for status 0, nothing is left behind and an older tileset at OUT is as it was.
 """
 
-LISTS = ("--region", "--origin", "--seed-point", "--corridor", "--sector")
+LISTS = ("--region", "--origin", "--seed-point", "--corridor", "--sector", "--route")
 """Options whose value may begin with a minus sign and is no plain number."""
 
 
@@ -100,6 +101,20 @@ def cell_settings(given: argparse.Namespace) -> tuple[SceneSettings, CellSetting
         raise UsageError(str(error)) from error
 
 
+def scene_settings(given: argparse.Namespace) -> SceneSettings:
+    """Make the settings of the scene; what was not given keeps its default.
+
+    Raises
+    ------
+    UsageError
+        When it refuses them.
+    """
+    try:
+        return SceneSettings(**given_of(SceneSettings, _values(given)))
+    except SceneError as error:
+        raise UsageError(str(error)) from error
+
+
 def _values(given: argparse.Namespace) -> dict[str, Any]:
     values = {name: value for name, value in vars(given).items() if value is not None}
     if "seed" in values:
@@ -123,7 +138,7 @@ def town_settings(given: argparse.Namespace) -> TownSettings:
 
 
 def _settings(kind: type[Any], values: dict[str, Any]) -> Any:
-    return kind(**{one.name: values[one.name] for one in fields(kind) if one.name in values})
+    return kind(**given_of(kind, values))
 
 
 def _joined(arguments: Sequence[str]) -> list[str]:
@@ -150,6 +165,8 @@ def _parser() -> argparse.ArgumentParser:
     _add_cells(_command(commands, "cells", "divide the free space of a scene, and draw it"))
     _add_info(_command(commands, "info", "print the figures of a tileset"))
     _add_sample(_command(commands, "sample", "write the sample scene, a town"))
+    _add_scene_options(add_scan(_command(commands, "scan", "scan a scene with a simulated LiDAR")))
+    add_register(_command(commands, "register", "bring scans together into one point cloud"))
     return parser
 
 

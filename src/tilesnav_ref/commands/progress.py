@@ -26,6 +26,11 @@ LABELS = {
     "visibility": "see from every cell",
     "levels": "choose levels",
     "deltas": "make deltas",
+    "scan": "scan the scene",
+    "thin": "read the scans",
+    "grow": "align each to the map so far",
+    "adjust": "adjust all poses",
+    "merge": "write the merged cloud",
     "write": "write",
 }
 

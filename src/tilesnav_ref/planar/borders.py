@@ -56,7 +56,8 @@ class Borders:
             knots.append(start)
             if stop.label != FREE and start != end:
                 knots += self.knots.between(feature, stop.label, (start, end))
-        return [knot for knot, following in zip(knots, knots[1:] + knots[:1], strict=True) if knot != following]
+        following = knots[1:] + knots[:1]
+        return [knot for knot, after in zip(knots, following, strict=True) if knot != after]
 
     def _ring(self, feature: int, ring: shapely.LinearRing) -> list[Stop]:
         outline = self._outlines[feature]
@@ -74,9 +75,10 @@ class Borders:
         kept = []
         for k, run in enumerate(runs):
             before, after = runs[k - 1], runs[(k + 1) % len(runs)]
-            length = float(shapely.length(shapely.linestrings(np.vstack((before.points[-1:], run.points, after.points[:1])))))
+            points = np.vstack((before.points[-1:], run.points, after.points[:1]))
+            length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
             short = is_free(run) and length <= _CORNER_REACH * self._creases.reach[feature]
-            if not (short and before.label != after.label and self._corner(feature, before, after) is not None):
+            if not (short and self._corner(feature, before, after) is not None):
                 kept.append(run)
         return kept
 

@@ -40,9 +40,7 @@ class Crease:
 class Creases:
     """Creases of all pairs of features that come near each other."""
 
-    def __init__(
-        self, features: PlanarFeatures, outlines: list[Outline], settings: MeshSettings
-    ) -> None:
+    def __init__(self, features: PlanarFeatures, outlines: list[Outline], settings: MeshSettings) -> None:
         self._features = features
         self._outlines = outlines
         self.reach = np.array(

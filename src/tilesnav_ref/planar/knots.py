@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,14 +102,13 @@ class Knots:
         line = self._creases.line(feature, other)
         start, stop = (float(line.places(self._settled[[end]])[0]) for end in ends)
         low, high = min(start, stop), max(start, stop)
-        inner = [
-            knot for place, knot in self._along[_pair(feature, other)] if low < place < high and knot not in ends
-        ]
+        along = self._along[_pair(feature, other)]
+        inner = [knot for place, knot in along if low < place < high and knot not in ends]
         return inner if start <= stop else inner[::-1]
 
     def _merge(self, entries: list[tuple[float, int]], reach: float) -> None:
         corners = [entry for entry in entries if self._is_corner[entry[1]]]
-        for (place, knot), (following, other) in zip(corners, corners[1:], strict=False):
+        for (place, knot), (following, other) in pairwise(corners):
             if following - place <= _CORNERS_ALIKE * reach:
                 self._unite(knot, other)
         loose: list[tuple[float, int]] = []

@@ -132,8 +132,9 @@ def _closed(feature: int, borders: Borders, frame: Frame) -> tuple[shapely.Multi
     known: Known = {}
     parts: list[shapely.Polygon] = []
     for rings in borders.polygons[feature]:
-        flat = [ring for ring in (_flat_ring(feature, stops, borders, frame, known) for stops in rings) if ring]
-        if flat:
+        drawn = [_flat_ring(feature, stops, borders, frame, known) for stops in rings]
+        flat = [ring for ring in drawn if ring]
+        if drawn[0]:
             parts += _valid(shapely.Polygon(flat[0], flat[1:]))
     whole = shapely.union_all(parts) if len(parts) > 1 else shapely.MultiPolygon(parts)
     return shapely.MultiPolygon(_polygons(whole)), known

@@ -82,13 +82,15 @@ def simplified(
     a digitized line or its caricature", Cartographica 10(2), 1973.
     """
     line = shapely.linestrings(np.vstack((sides[0], run.points, sides[1])))
-    return shapely.get_coordinates(shapely.simplify(line, tolerance, preserve_topology=False))[1:-1]
+    return np.asarray(shapely.get_coordinates(shapely.simplify(line, tolerance, preserve_topology=False)))[
+        1:-1
+    ]
 
 
 def whole_ring(run: Run, tolerance: float) -> NDArray[np.float64]:
     """Points (M, 2) of a ring that is one free run; M at least 3 where it has an area."""
     ring = shapely.Polygon(run.points)
-    return shapely.get_coordinates(shapely.simplify(ring, tolerance))[:-1]
+    return np.asarray(shapely.get_coordinates(shapely.simplify(ring, tolerance)))[:-1]
 
 
 def is_free(run: Run) -> bool:

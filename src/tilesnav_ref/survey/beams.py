@@ -65,7 +65,10 @@ def cross_blocks(
 
 @kernel
 def cross_all(
-    starts: NDArray[np.float64], ends: NDArray[np.float64], counts: NDArray[np.int32], holds: NDArray[np.bool_]
+    starts: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    counts: NDArray[np.int32],
+    holds: NDArray[np.bool_],
 ) -> None:
     """`cross_blocks` for beams from (N, 3) to (N, 3)."""
     for b in range(len(starts)):

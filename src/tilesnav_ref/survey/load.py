@@ -81,7 +81,9 @@ def load_survey(
     cloud = cloud.only(inside)
     points = cloud.points
     if not len(points):
-        raise SceneError(str(path), "points", f"none of {len(inside)} is in the region", "a part of the cloud")
+        raise SceneError(
+            str(path), "points", f"none of {len(inside)} is in the region", "a part of the cloud"
+        )
     show(1, 4)
     features = detect_planes(points, survey.planes)
     clock.lap("planes")
@@ -101,12 +103,12 @@ def load_survey(
     if not survey.unknown_is_free:
         scene = replace(scene, unknown=_unknown(path, scene, cloud, survey))
     clock.lap("unknown")
-    found = replace(
+    became = replace(
         _report(cloud, features, mesh, survey),
         left_out=int((~inside).sum()),
         unknown_share=0.0 if scene.unknown is None else round(scene.unknown.share(), 4),
     )
-    return scene, replace(report, survey=asdict(found), seconds=clock.seconds)
+    return scene, replace(report, survey=asdict(became), seconds=clock.seconds)
 
 
 def _chosen(points: NDArray[np.float64], settings: SceneSettings) -> NDArray[np.bool_]:

@@ -72,8 +72,9 @@ def read_survey(path: Path, settings: SceneSettings) -> Survey:
     if settings.crs is not None and settings.crs.lower() != "enu":
         frame = to_nav(source, suffix, _in_file(cloud, cloud.points), settings)
         origins = _placed_origins(cloud)
-        placed = None if origins is None else to_nav(source, suffix, _in_file(cloud, origins), settings).positions
-        return Survey(frame.positions, frame, None, placed)
+        if origins is not None:
+            origins = to_nav(source, suffix, _in_file(cloud, origins), settings).positions
+        return Survey(frame.positions, frame, None, origins)
     metres, origin = _local(cloud, settings)
     frame = to_nav(source, suffix, cloud.points + cloud.origin, metres)
     origins = _placed_origins(cloud)
