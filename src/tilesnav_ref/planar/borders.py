@@ -56,8 +56,8 @@ class Borders:
             knots.append(start)
             if stop.label != FREE and start != end:
                 knots += self.knots.between(feature, stop.label, (start, end))
-        following = knots[1:] + knots[:1]
-        return [knot for knot, after in zip(knots, following, strict=True) if knot != after]
+        behind = knots[1:] + knots[:1]
+        return [knot for knot, after in zip(knots, behind, strict=True) if knot != after]
 
     def _ring(self, feature: int, ring: shapely.LinearRing) -> list[Stop]:
         outline = self._outlines[feature]

@@ -15,7 +15,7 @@ from tilesnav_ref.planar.model import PlanarFeatures
 from tilesnav_ref.planar.outline import Frame, Outline, find_outlines
 
 _LEAST_AREA = 1e-4
-"""Square metres: slivers of less, a centimetre squared, are what is left of spikes that fold onto a crease."""
+"""Square metres: slivers of less are what is left of spikes that fold onto a crease."""
 
 
 @dataclass(frozen=True)

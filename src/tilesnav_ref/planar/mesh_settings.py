@@ -23,7 +23,7 @@ class MeshSettings:
     least_angle: float = 0.2
     """Least angle between planes whose line is used, radians: below 11 degrees noise moves it too far."""
     hole: float = 4.0
-    """Holes with an area of less than this many circles of the alpha radius are closed: chance, not window."""
+    """Holes with an area of less than this many circles of the alpha radius are closed: chance, no window."""
 
     def __post_init__(self) -> None:
         """Refuse lengths that are not positive: ValueError."""
