@@ -19,7 +19,9 @@ CUBE = np.array([[x, y, z] for x in (0.0, 4.0) for y in (0.0, 5.0) for z in (0.0
 SIDES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
 
 
-def cloud_of(sides: tuple[tuple[int, ...], ...], seed: int = 0) -> tuple[np.ndarray, PlanarFeatures, np.ndarray]:
+def cloud_of(
+    sides: tuple[tuple[int, ...], ...], seed: int = 0
+) -> tuple[np.ndarray, PlanarFeatures, np.ndarray]:
     """Noisy points on sides of a box, their features, and the true triangles."""
     corners = np.array([CUBE[[a, b, c]] for a, b, c, d in sides] + [CUBE[[a, c, d]] for a, b, c, d in sides])
     points, owner = sample_triangles(corners, 100.0, 0.01, seed)

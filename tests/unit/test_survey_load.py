@@ -15,7 +15,9 @@ from tilesnav_ref.survey.read import is_cloud
 
 @pytest.fixture(scope="module")
 def cloud(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_las(tmp_path_factory.mktemp("cloud") / "site.las", site_from_above() + (500_000.0, 4e6, 70.0))
+    return write_las(
+        tmp_path_factory.mktemp("cloud") / "site.las", site_from_above() + (500_000.0, 4e6, 70.0)
+    )
 
 
 @pytest.fixture(scope="module")
