@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from tilesnav_ref.survey.read import is_cloud
 @pytest.fixture(scope="module")
 def cloud(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_las(
-        tmp_path_factory.mktemp("cloud") / "site.las", site_from_above() + (500_000.0, 4e6, 70.0)
+        tmp_path_factory.mktemp("cloud") / "site.las", site_from_above() - (-500_000.0, -4e6, -70.0)
     )
 
 
@@ -116,3 +117,13 @@ def test_a_cloud_is_known_by_its_name_or_header(tmp_path: Path, name: str, text:
 def test_a_ply_file_that_is_not_there_is_left_to_the_reader_of_meshes(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"none\.ply"):
         open_scene(tmp_path / "none.ply", SceneSettings(), SurveySettings())
+
+
+def test_without_the_extra_the_error_names_it(cloud: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in [name for name in sys.modules if name.startswith(("shapely", "tilesnav_ref.survey.load"))]:
+        monkeypatch.delitem(sys.modules, name)
+    for name in [name for name in sys.modules if name.startswith("tilesnav_ref.planar.")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "shapely", None)
+    with pytest.raises(SceneError, match=r"point cloud: found no module shapely; allowed: the extra 'lidar'"):
+        open_scene(cloud, SceneSettings(), SurveySettings())

@@ -28,7 +28,7 @@ def open_e57(path: Path, size: int) -> CloudFile:
     try:
         import pye57  # noqa: PLC0415 - optional: only these files need it
     except ImportError as error:
-        raise missing_library(path, "pye57") from error
+        raise missing_library(path, "pye57", "e57") from error
     try:
         file = pye57.E57(str(path))
         headers = [file.get_header(number) for number in range(file.scan_count)]

@@ -27,7 +27,7 @@ def open_las(path: Path, size: int) -> CloudFile:
     try:
         import laspy  # noqa: PLC0415 - optional: only these files need it
     except ImportError as error:
-        raise missing_library(path, "laspy") from error
+        raise missing_library(path, "laspy", "lidar") from error
     try:
         reader = laspy.open(path)
     except Exception as error:

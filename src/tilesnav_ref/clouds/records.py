@@ -29,9 +29,9 @@ TYPES: dict[str, Any] = {
 }
 
 
-def missing_library(path: Path, name: str) -> SceneError:
+def missing_library(path: Path, name: str, extra: str) -> SceneError:
     """The error for a file that needs an optional library."""
-    return SceneError(str(path), "name", f"no {name}", f"{name} installed (pip install 'tilesnav[lidar]')")
+    return SceneError(str(path), "name", f"no {name}", f"{name} installed (pip install 'tilesnav[{extra}]')")
 
 
 def header_lines(path: Path, file: IO[bytes], last: str) -> list[str]:

@@ -90,21 +90,22 @@ def find_outline(inliers: NDArray[np.float64], frame: Frame, settings: MeshSetti
     if len(flat) < 3:
         return nothing
     try:
-        corners = flat[Delaunay(flat).simplices]
+        triangles = Delaunay(flat).simplices.astype(np.int64)
     except QhullError:  # all on a line
         return nothing
-    radii = _circumradii(corners)
+    radii = _circumradii(flat[triangles])
     spacing = float(np.median(radii))
     kept = radii <= settings.alpha * spacing
-    shape = _joined(corners[kept], settings.hole * np.pi * (settings.alpha * spacing) ** 2)
+    shape = _joined(flat, triangles[kept], settings.hole * np.pi * (settings.alpha * spacing) ** 2)
     return Outline(frame, shape, spacing, inliers[samples])
 
 
 def _thin(flat: NDArray[np.float64], resolution: float) -> NDArray[np.int64]:
     """Indices of one point (the first) for each square of the resolution, ascending."""
     places = np.floor(flat / resolution).astype(np.int64)
-    _, first = np.unique(places, axis=0, return_index=True)
-    return np.sort(first)
+    places -= places.min(axis=0, initial=0)
+    codes = places[:, 0] * (places[:, 1].max(initial=0) + 1) + places[:, 1]
+    return np.sort(np.unique(codes, return_index=True)[1])
 
 
 def _circumradii(corners: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -117,8 +118,10 @@ def _circumradii(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.where(np.isfinite(radii), radii, np.inf)
 
 
-def _joined(triangles: NDArray[np.float64], least_hole: float) -> shapely.MultiPolygon:
-    """Union of triangles (T, 3, 2) of one triangulation, without holes below an area.
+def _joined(
+    flat: NDArray[np.float64], triangles: NDArray[np.int64], least_hole: float
+) -> shapely.MultiPolygon:
+    """Union of triangles (T, 3) of one triangulation of points (N, 2), without holes below an area.
 
     Notes
     -----
@@ -127,13 +130,11 @@ def _joined(triangles: NDArray[np.float64], least_hole: float) -> shapely.MultiP
     """
     if not len(triangles):
         return shapely.MultiPolygon()
-    edges = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
-    swap = (edges[:, 0, 0] > edges[:, 1, 0]) | (
-        (edges[:, 0, 0] == edges[:, 1, 0]) & (edges[:, 0, 1] > edges[:, 1, 1])
-    )
-    edges[swap] = edges[swap, ::-1]
-    unique, counts = np.unique(edges.reshape(-1, 4), axis=0, return_counts=True)
-    lines = shapely.multilinestrings(shapely.linestrings(unique[counts == 1].reshape(-1, 2, 2)))
+    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    codes, counts = np.unique(edges[:, 0] * len(flat) + edges[:, 1], return_counts=True)
+    border = codes[counts == 1]
+    ends = np.stack((flat[border // len(flat)], flat[border % len(flat)]), axis=1)
+    lines = shapely.multilinestrings(shapely.linestrings(ends))
     parts = [_without_small_holes(part, least_hole) for part in shapely.get_parts(shapely.build_area(lines))]
     return shapely.MultiPolygon(sorted(parts, key=lambda part: -part.area))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from tilesnav_ref.scene.errors import SceneError
 from tilesnav_ref.scene.load import load_scene
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.scene.settings import SceneReport, SceneSettings
@@ -27,6 +28,9 @@ def open_scene(
     """
     if not is_cloud(path):
         return load_scene(path, settings)
-    from tilesnav_ref.survey.load import load_survey  # noqa: PLC0415 - extra 'lidar'
-
+    try:
+        from tilesnav_ref.survey.load import load_survey  # noqa: PLC0415 - extra 'lidar'
+    except ImportError as error:
+        allowed = "the extra 'lidar': pip install 'tilesnav[lidar]'"
+        raise SceneError(str(path), "point cloud", f"no module {error.name}", allowed) from error
     return load_survey(path, settings, survey, progress)
