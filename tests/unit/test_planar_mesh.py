@@ -86,7 +86,7 @@ def test_points_on_a_line_have_no_area() -> None:
 
 def test_two_parts_of_a_feature_are_two_polygons() -> None:
     rng = np.random.default_rng(2)
-    flat = np.vstack((rng.random((500, 2)), rng.random((500, 2)) + (5.0, 0.0)))
+    flat = np.vstack((rng.random((500, 2)), rng.random((500, 2)) - (5.0, 0.0)))
     outline = find_outline(np.column_stack((flat, np.zeros(1000))), FLAT, MeshSettings())
     assert len(outline.shape.geoms) == 2
     assert outline.shape.area < 2.2

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from survey_fixture import site_from_above, write_las
 
+from tilesnav_ref.levels import LevelSettings, coarse_levels
 from tilesnav_ref.scene import Scene, SceneError, SceneReport, SceneSettings
 from tilesnav_ref.survey import SurveySettings, open_scene
 from tilesnav_ref.survey.read import is_cloud
+from tilesnav_ref.tileset.content import make_content
 
 
 @pytest.fixture(scope="module")
@@ -117,6 +119,14 @@ def test_a_cloud_is_known_by_its_name_or_header(tmp_path: Path, name: str, text:
 def test_a_ply_file_that_is_not_there_is_left_to_the_reader_of_meshes(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"none\.ply"):
         open_scene(tmp_path / "none.ply", SceneSettings(), SurveySettings())
+
+
+def test_coarse_levels_are_written_without_planes(loaded: tuple[Scene, SceneReport]) -> None:
+    scene = loaded[0]
+    (level,) = coarse_levels(scene, LevelSettings(levels=2), threads=1)
+    assert level.scene.planes is None
+    assert b"_FEATURE_ID_0" in make_content(scene, 0).data
+    assert b"_FEATURE_ID_0" not in make_content(level.scene, 0).data
 
 
 def test_without_the_extra_the_error_names_it(cloud: Path, monkeypatch: pytest.MonkeyPatch) -> None:
