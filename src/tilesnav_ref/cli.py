@@ -25,6 +25,7 @@ from tilesnav_ref.commands.arguments import (
 )
 from tilesnav_ref.commands.cells import cell_figures, print_cells
 from tilesnav_ref.commands.info import print_figures
+from tilesnav_ref.commands.planes import plane_figures, print_planes
 from tilesnav_ref.commands.progress import stage_lines
 from tilesnav_ref.commands.register import print_registration, registration_figures
 from tilesnav_ref.commands.sample import write_sample
@@ -68,7 +69,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(given: Namespace, request: StopRequest) -> None:
-    working = {"encode": _encode, "cells": _cells, "scan": _scan, "register": _register}
+    working = {"encode": _encode, "cells": _cells, "scan": _scan, "register": _register, "planes": _planes}
     if given.command in working:
         working[given.command](given, request)
     else:
@@ -136,6 +137,21 @@ def _register(given: Namespace, request: StopRequest) -> None:
             print(json.dumps(found, indent=1))
         else:
             print_registration(_Output(), found)
+
+
+def _planes(given: Namespace, request: StopRequest) -> None:
+    with stage_lines(Console(stderr=True), given.quiet) as show:
+
+        def progress(stage: str, done: int, total: int) -> None:
+            request.check()
+            show(stage, done, total)
+
+        found = plane_figures(given, progress)
+    with _closed_pipe_is_no_error():
+        if given.json:
+            print(json.dumps(found, indent=1))
+        else:
+            print_planes(_Output(), found)
 
 
 def _info(given: Namespace) -> None:

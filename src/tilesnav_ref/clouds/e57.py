@@ -28,14 +28,14 @@ def open_e57(path: Path, size: int) -> CloudFile:
     try:
         import pye57  # noqa: PLC0415 - optional: only these files need it
     except ImportError as error:
-        raise missing_library(path, "pye57") from error
+        raise missing_library(path, "pye57", "e57") from error
     try:
         file = pye57.E57(str(path))
         headers = [file.get_header(number) for number in range(file.scan_count)]
         claimed = sum(int(header.point_count) for header in headers)
         posed = any(header.has_pose() for header in headers)
         origins = np.array([header.translation for header in headers], np.float64).reshape(-1, 3)
-    except Exception as error:  # noqa: BLE001 - the library passes on errors of C++ by several names
+    except Exception as error:
         raise SceneError(str(path), "header", f"{error}"[:200], "an E57 file") from error
     if not headers:
         raise SceneError(str(path), "header", "no scan", "an E57 file with one scan or more")
@@ -50,7 +50,7 @@ def _chunks(path: Path, file: Any, headers: list[Any], size: int) -> Iterator[Ch
                 yield from _scan(path, file, (number, header), size)
             except SceneError:
                 raise
-            except Exception as error:  # noqa: BLE001 - see above
+            except Exception as error:
                 found = f"{error}"[:200]
                 raise SceneError(str(path), f"scan {number}", found, "a whole E57 file") from error
 
@@ -61,7 +61,7 @@ def _scan(path: Path, file: Any, scan: tuple[int, Any], size: int) -> Iterator[C
     present = set(header.point_fields)
     place = next((names for names in (CARTESIAN, SPHERICAL) if present.issuperset(names)), None)
     if place is None:
-        raise SceneError(str(path), f"scan {number}", f"the fields {sorted(present)}", "cartesian or spherical")
+        raise SceneError(str(path), f"scan {number}", f"fields {sorted(present)}", "x, y, z or ranges")
     invalid = "cartesianInvalidState" if place is CARTESIAN else "sphericalInvalidState"
     extra = [name for name in ("intensity", invalid) if name in present]
     data, buffers = file.make_buffers([*place, *extra], min(size, max(1, header.point_count)))

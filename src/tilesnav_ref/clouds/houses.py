@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -71,9 +72,7 @@ def uncovered(whole: Rectangle, covered: Sequence[Rectangle]) -> list[Rectangle]
     xs = sorted({whole.x0, whole.x1, *(x for part in covered for x in (part.x0, part.x1))})
     ys = sorted({whole.y0, whole.y1, *(y for part in covered for y in (part.y0, part.y1))})
     cells = [
-        Rectangle(x0, y0, x1, y1)
-        for x0, x1 in zip(xs, xs[1:], strict=False)
-        for y0, y1 in zip(ys, ys[1:], strict=False)
+        Rectangle(x0, y0, x1, y1) for x0, x1 in itertools.pairwise(xs) for y0, y1 in itertools.pairwise(ys)
     ]
     return [cell for cell in cells if not any(_inside(cell, part) for part in covered)]
 

@@ -27,10 +27,10 @@ def open_las(path: Path, size: int) -> CloudFile:
     try:
         import laspy  # noqa: PLC0415 - optional: only these files need it
     except ImportError as error:
-        raise missing_library(path, "laspy") from error
+        raise missing_library(path, "laspy", "lidar") from error
     try:
         reader = laspy.open(path)
-    except Exception as error:  # noqa: BLE001 - laspy and its back end have no common error
+    except Exception as error:
         raise SceneError(str(path), "header", _said(error), "a LAS or LAZ file") from error
     header = reader.header
     _check_length(path, header)
@@ -39,7 +39,9 @@ def open_las(path: Path, size: int) -> CloudFile:
     except SceneError:
         reader.close()
         raise
-    return CloudFile(str(path), int(header.point_count), _chunks(path, reader, size), crs, metres, None, notes)
+    return CloudFile(
+        str(path), int(header.point_count), _chunks(path, reader, size), crs, metres, None, notes
+    )
 
 
 def _check_length(path: Path, header: Any) -> None:
@@ -61,7 +63,7 @@ def _chunks(path: Path, reader: Any, size: int) -> Iterator[Chunk]:
                 yield _chunk(record, names)
         except SceneError:
             raise
-        except Exception as error:  # noqa: BLE001 - lazrs raises its own, laspy others
+        except Exception as error:
             raise SceneError(str(path), "points", _said(error), "a whole LAS or LAZ file") from error
 
 
@@ -82,7 +84,9 @@ def _chunk(record: Any, names: set[str]) -> Chunk:
 
 def _coordinate_system(path: Path, header: Any) -> tuple[str | None, float | None, tuple[str, ...]]:
     """WKT, metres of a unit, and notes."""
-    described = any(type(vlr).__name__ in ("WktCoordinateSystemVlr", "GeoKeyDirectoryVlr") for vlr in header.vlrs)
+    described = any(
+        type(vlr).__name__ in ("WktCoordinateSystemVlr", "GeoKeyDirectoryVlr") for vlr in header.vlrs
+    )
     if not described:
         return None, None, ()
     try:
@@ -101,7 +105,7 @@ def _coordinate_system(path: Path, header: Any) -> tuple[str | None, float | Non
     if len(factors) < 2 or max(factors) - min(factors) > 1e-9 or not factors[0] > 0:
         text = f"{crs.name} with the units {factors} (in metres)"
         raise SceneError(str(path), "coordinate system", text, "one unit for all axes; say --units")
-    notes = ()
+    notes: tuple[str, ...] = ()
     if len(factors) == 2 and factors[0] != 1.0:
         notes = (f"heights taken to be in the unit of the map: {crs.axis_info[0].unit_name}",)
     return crs.to_wkt(), factors[0], notes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,8 @@ class Chunk(NamedTuple):
 
     def kept(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> Chunk:
         """Some of the points."""
-        return Chunk(*(None if part is None else part[chosen] for part in self))
+        parts: list[Any] = [None if part is None else part[chosen] for part in self]
+        return Chunk(*parts)
 
 
 @dataclass(frozen=True)

@@ -98,7 +98,9 @@ def read_cloud(path: Path, settings: CloudSettings | None = None) -> PointCloud:
     origin: NDArray[np.float64] | None = None
     thinning = Thinning(settings.thin)
     held = 0
+    read: tuple[CloudFile, float] | None = None
     for chunk, file, metres in cloud_chunks(path, settings):
+        read = (file, metres)
         if origin is None:
             origin = np.floor(chunk.points.min(axis=0) / ROUND) * ROUND
         local = thinning.kept(chunk._replace(points=chunk.points - origin))
@@ -107,9 +109,9 @@ def read_cloud(path: Path, settings: CloudSettings | None = None) -> PointCloud:
             allowed = f"at most {settings.max_points}; use --thin or --region"
             raise SceneError(str(path), "points", f"more than {settings.max_points}", allowed)
         kept.append(local)
-    if origin is None:
+    if origin is None or read is None:
         raise SceneError(str(path), "points", "none that is finite and wanted", "one point or more")
-    return _joined(kept, origin, (file, metres))
+    return _joined(kept, origin, read)
 
 
 def _wanted(chunk: Chunk, settings: CloudSettings) -> Chunk:
@@ -124,7 +126,7 @@ def _wanted(chunk: Chunk, settings: CloudSettings) -> Chunk:
             keep &= np.isin(chunk.classes, settings.classes)
         else:
             keep &= ~np.isin(chunk.classes, NOISE_CLASSES)
-    return chunk if keep.all() else chunk.kept(keep)
+    return chunk if keep.all() else chunk.kept(np.asarray(keep))
 
 
 def _check_far(file: CloudFile, points: NDArray[np.float64], metres: float) -> None:

@@ -29,9 +29,9 @@ TYPES: dict[str, Any] = {
 }
 
 
-def missing_library(path: Path, name: str) -> SceneError:
+def missing_library(path: Path, name: str, extra: str) -> SceneError:
     """The error for a file that needs an optional library."""
-    return SceneError(str(path), "name", f"no {name}", f"{name} installed (pip install 'tilesnav[lidar]')")
+    return SceneError(str(path), "name", f"no {name}", f"{name} installed (pip install 'tilesnav[{extra}]')")
 
 
 def header_lines(path: Path, file: IO[bytes], last: str) -> list[str]:
@@ -55,7 +55,9 @@ def header_lines(path: Path, file: IO[bytes], last: str) -> list[str]:
             break
         if lines[-1].split(" ")[0] == last:
             return lines
-    raise SceneError(str(path), "header", f"no line {last!r} in {HEADER_BYTES - left} bytes", "a whole header")
+    raise SceneError(
+        str(path), "header", f"no line {last!r} in {HEADER_BYTES - left} bytes", "a whole header"
+    )
 
 
 def chunk_of(fields: dict[str, NDArray[Any]]) -> Chunk:
@@ -74,8 +76,8 @@ def as_type(column: NDArray[Any], wanted: Any) -> NDArray[Any]:
     """Convert a column; whole numbers out of range become the nearest that fits, what is no number 0."""
     if wanted is np.float32:
         with np.errstate(over="ignore"):
-            return column.astype(np.float32)
-    return np.clip(np.nan_to_num(column, nan=0.0), 0, 255).astype(np.uint8)
+            return np.asarray(column, np.float32)
+    return np.asarray(np.clip(np.nan_to_num(column, nan=0.0), 0, 255), np.uint8)
 
 
 def binary_chunks(path: Path, start: int, record: np.dtype[Any], count: int, size: int) -> Iterator[Chunk]:

@@ -23,8 +23,9 @@ class Thinning:
         """The points of a chunk whose cube had none; all for an edge of 0."""
         if self._edge == 0.0:
             return chunk
-        cubes = np.floor(chunk.points / self._edge).astype(np.int64) & ((1 << BITS) - 1)
-        keys = (cubes[:, 0] << (2 * BITS)) | (cubes[:, 1] << BITS) | cubes[:, 2]
+        cubes: NDArray[np.int64] = np.floor(chunk.points / self._edge).astype(np.int64)
+        cubes &= (1 << BITS) - 1
+        keys = cubes @ np.array((1 << 2 * BITS, 1 << BITS, 1), np.int64)
         fresh, first = np.unique(keys, return_index=True)
         place = np.searchsorted(self._seen, fresh)
         inside = place < len(self._seen)

@@ -11,6 +11,7 @@ from tilesnav_ref import __version__
 from tilesnav_ref.cells import CellError, CellSettings
 from tilesnav_ref.commands.coarse_arguments import add_coarse_options
 from tilesnav_ref.commands.mission_arguments import add_mission_options
+from tilesnav_ref.commands.planes import add_planes
 from tilesnav_ref.commands.register import add_register
 from tilesnav_ref.commands.sample import SIZES
 from tilesnav_ref.commands.scan import add_scan
@@ -162,6 +163,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_info(_command(commands, "info", "print the figures of a tileset"))
     _add_sample(_command(commands, "sample", "write the sample scene, a town"))
     _add_scene_options(add_scan(_command(commands, "scan", "scan a scene with a simulated LiDAR")))
+    add_planes(_command(commands, "planes", "find the planar features of a point cloud"))
     add_register(_command(commands, "register", "bring scans together into one point cloud"))
     return parser
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -54,7 +55,7 @@ def make_grid(points: NDArray[np.float64], edge: float) -> Grid:
         keys *= factor
         keys += ((points[:, axis] - low[axis]) / edge).astype(np.int64) + 1
     if columns * rows * layers < 1 << 31:
-        keys = keys.astype(np.int32)  # type: ignore[assignment] # sorts in less time
+        keys = keys.astype(np.int32)  # sorts in less time
     order = np.argsort(keys, kind="stable")
     keys = keys[order]
     first = np.flatnonzero(np.concatenate(((True,), keys[1:] != keys[:-1])))
@@ -81,4 +82,4 @@ def slices_of(grid: Grid, parts: int) -> list[tuple[int, int]]:
     """Cubes in at most `parts` slices with about as many points each."""
     wanted = np.linspace(0, len(grid.points), parts + 1)[1:-1]
     cuts = np.unique(np.concatenate(((0, len(grid.cubes) - 1), np.searchsorted(grid.cubes, wanted))))
-    return [(int(a), int(b)) for a, b in zip(cuts, cuts[1:], strict=False)]
+    return [(int(a), int(b)) for a, b in itertools.pairwise(cuts)]

@@ -64,7 +64,7 @@ def refit(sums: NDArray[np.float64], count: int, plane: NDArray[np.float64]) -> 
         sums[8] / count - z * z,
     )
     plane[3] = -(plane[0] * x + plane[1] * y + plane[2] * z)
-    return max(0.0, least)
+    return float(max(0.0, least))
 
 
 @kernel

@@ -18,6 +18,7 @@ from tilesnav_ref.planar.moments import moments_of
 from tilesnav_ref.planar.normals import LocalPlanes
 from tilesnav_ref.planar.scale import Scale
 from tilesnav_ref.planar.settings import FEWEST_POINTS, PlaneSettings
+from tilesnav_ref.planar.solidity import loose_cubes, solid
 
 GROWN_SIGMAS = 1.6
 """Greatest rms of a grown feature. Points spread evenly over the distance of inliers, as in foliage, have
@@ -90,8 +91,9 @@ class Rounds:
         self._assign()
 
     def settle(self) -> None:
-        """Join and assign until the features are the ones to give."""
+        """Join, leave out what is no surface, and assign."""
         self._join()
+        self._drop_loose()
         self._assign()
         self._drop(self._settings.min_points)
 
@@ -141,15 +143,27 @@ class Rounds:
 
     def _assign(self) -> None:
         """Give each point to the plane that explains it best, and drop features that are left too small."""
-        normals, offsets, _ = moments_of(self._grid.points, self.labels, self._count).planes()
         out = np.empty_like(self.labels)
         noise = self._scale.noise
         limits = Limits(self._scale.radius, 4.0 * noise, noise, FLAT_SIGMAS * noise)
-        local = self._planes
-        choice = Choice(normals, offsets, local.normals, local.rms, local.spread, self.labels, out)
+        choice = self._choice(out)
         over_cubes(self._pool, self._grid, assign_cubes, limits, choice)
         self.labels = out
         self._drop(self._settings.min_points * 2 // 3)
+
+    def _drop_loose(self) -> None:
+        """Leave out features with loose points on both sides."""
+        choice = self._choice(self.labels)
+        found = np.zeros((len(self.labels), 3), np.uint16)
+        limits = (self._scale.radius, 4.0 * self._scale.noise)
+        over_cubes(self._pool, self._grid, loose_cubes, limits, (choice, found))
+        keep = solid(self.labels, found, self._count)
+        self._renumber(np.where(keep, np.cumsum(keep) - 1, NO_PLANE).astype(np.int32))
+
+    def _choice(self, out: NDArray[np.int32]) -> Choice:
+        normals, offsets, _ = moments_of(self._grid.points, self.labels, self._count).planes()
+        local = self._planes
+        return Choice(normals, offsets, local.normals, local.rms, local.spread, self.labels, out)
 
     def _drop(self, fewest: int) -> None:
         counts = np.bincount(self.labels[self.labels >= 0], minlength=self._count)

@@ -2,7 +2,7 @@
 
 References
 ----------
-M. A. Fischler, R. C. Bolles, "Random sample consensus", CACM 24, 1981 (three points, the plane most agree to).
+M. A. Fischler, R. C. Bolles, "Random sample consensus", CACM 24, 1981 (planes of three points).
 P. H. S. Torr, A. Zisserman, "MLESAC", CVIU 78, 2000 (the score: squared distances, bounded).
 """
 

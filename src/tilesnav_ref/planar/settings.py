@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-
 FEWEST_POINTS = 6
 """Three points always have a plane; fewer than this many say nothing about its noise."""
 
