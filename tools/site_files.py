@@ -20,6 +20,7 @@ PAGES: dict[str, tuple[str, ...]] = {
     "Specification": ("spec/README.md", "spec/*.md"),
     "Visibility, proved": ("docs/visibility.md",),
     "Encoder": ("docs/encoder.md",),
+    "LiDAR": ("docs/lidar.md",),
     "Validator": ("validator/README.md",),
     "Conformance": ("conformance/README.md",),
     "Benchmarks": ("benchmarks/README.md",),

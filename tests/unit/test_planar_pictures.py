@@ -16,7 +16,7 @@ from tilesnav_ref.planar.picture import (
     draw_features,
     draw_normal_deviations,
     feature_colours,
-    largest_wall,
+    fullest_wall,
 )
 from tilesnav_ref.planar.raster import rasterise
 
@@ -150,10 +150,11 @@ def test_colours() -> None:
     assert np.abs(colours[0] - colours[10]).max() > 0.3
 
 
-def test_largest_wall() -> None:
+def test_wall_with_most_points() -> None:
     _, features = sheets(10, 0.01)
-    assert largest_wall(features) == 1
-    assert largest_wall(replace(features, normals=np.tile((0.0, 0.0, 1.0), (3, 1)))) is None
+    assert fullest_wall(replace(features, counts=np.array((90, 20, 30)))) == 2
+    assert fullest_wall(replace(features, counts=np.array((90, 40, 30)))) == 1
+    assert fullest_wall(replace(features, normals=np.tile((0.0, 0.0, 1.0), (3, 1)))) is None
 
 
 @pytest.mark.parametrize("draw", [draw_features, draw_normal_deviations])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -29,19 +30,14 @@ def open_las(path: Path, size: int) -> CloudFile:
     except ImportError as error:
         raise missing_library(path, "laspy", "lidar") from error
     try:
-        reader = laspy.open(path)
+        with path.open("rb") as stream:  # laspy leaves a file open when its header is broken
+            header = laspy.open(stream).header
     except Exception as error:
         raise SceneError(str(path), "header", _said(error), "a LAS or LAZ file") from error
-    header = reader.header
     _check_length(path, header)
-    try:
-        crs, metres, notes = _coordinate_system(path, header)
-    except SceneError:
-        reader.close()
-        raise
-    return CloudFile(
-        str(path), int(header.point_count), _chunks(path, reader, size), crs, metres, None, notes
-    )
+    crs, metres, notes = _coordinate_system(path, header)
+    chunks = _chunks(path, laspy, size)
+    return CloudFile(str(path), int(header.point_count), chunks, crs, metres, None, notes)
 
 
 def _check_length(path: Path, header: Any) -> None:
@@ -55,14 +51,13 @@ def _check_length(path: Path, header: Any) -> None:
         raise SceneError(str(path), "length", claimed, "a whole file")
 
 
-def _chunks(path: Path, reader: Any, size: int) -> Iterator[Chunk]:
-    with reader:
-        names = set(reader.header.point_format.dimension_names)
+def _chunks(path: Path, laspy: Any, size: int) -> Iterator[Chunk]:
+    with path.open("rb") as stream:
         try:
+            reader = laspy.open(stream)
+            names = set(reader.header.point_format.dimension_names)
             for record in reader.chunk_iterator(size):
                 yield _chunk(record, names)
-        except SceneError:
-            raise
         except Exception as error:
             raise SceneError(str(path), "points", _said(error), "a whole LAS or LAZ file") from error
 
@@ -83,28 +78,25 @@ def _chunk(record: Any, names: set[str]) -> Chunk:
 
 
 def _coordinate_system(path: Path, header: Any) -> tuple[str | None, float | None, tuple[str, ...]]:
-    """WKT, metres of a unit, and notes."""
-    described = any(
-        type(vlr).__name__ in ("WktCoordinateSystemVlr", "GeoKeyDirectoryVlr") for vlr in header.vlrs
-    )
-    if not described:
+    """WKT; metres of a unit, not a number where there is one that is not known; and notes."""
+    records = {type(vlr).__name__ for vlr in header.vlrs}
+    if not records & {"WktCoordinateSystemVlr", "GeoKeyDirectoryVlr"}:
         return None, None, ()
     try:
         import pyproj  # noqa: F401, PLC0415 - optional: laspy reads coordinate systems through it
     except ImportError:
-        return None, None, ("the coordinate system was not read: no pyproj (pip install 'tilesnav[crs]')",)
+        return None, math.nan, ("the coordinate system was not read: no pyproj (extra 'crs')",)
     try:
         crs = header.parse_crs()
     except Exception as error:  # noqa: BLE001 - whatever pyproj makes of broken records
-        return None, None, (f"the coordinate system was not read: {_said(error)}",)
+        return None, math.nan, (f"the coordinate system was not read: {_said(error)}",)
     if crs is None:
-        return None, None, ("the coordinate system was not understood",)
+        return None, math.nan, ("the coordinate system was not understood",)
     if crs.is_geographic:
         raise SceneError(str(path), "coordinate system", f"{crs.name}, in degrees", "a projected one")
     factors = [float(axis.unit_conversion_factor) for axis in crs.axis_info]
     if len(factors) < 2 or max(factors) - min(factors) > 1e-9 or not factors[0] > 0:
-        text = f"{crs.name} with the units {factors} (in metres)"
-        raise SceneError(str(path), "coordinate system", text, "one unit for all axes; say --units")
+        return crs.to_wkt(), math.nan, (f"{crs.name} has the units {factors}, in metres",)
     notes: tuple[str, ...] = ()
     if len(factors) == 2 and factors[0] != 1.0:
         notes = (f"heights taken to be in the unit of the map: {crs.axis_info[0].unit_name}",)

@@ -43,7 +43,7 @@ class CloudFile:
     crs : str | None
         Coordinate system as WKT or a name that pyproj knows.
     metres_per_unit : float | None
-        As the coordinate system says.
+        As the coordinate system says; not a number where there is one that could not be read.
     scan_origins : (S, 3) float64 | None
         In the coordinates and units of the file.
     """

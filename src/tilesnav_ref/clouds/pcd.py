@@ -41,9 +41,9 @@ def open_pcd(path: Path, size: int) -> CloudFile:
     words = {line.split()[0]: line.split()[1:] for line in lines if line and not line.startswith("#")}
     try:
         record, names = _record(words)
-        count = int(
-            words["POINTS"][0] if "POINTS" in words else int(words["WIDTH"][0]) * int(words["HEIGHT"][0])
-        )
+        count = int(words["WIDTH"][0]) * int(words["HEIGHT"][0])
+        if int(words.get("POINTS", [f"{count}"])[0]) != count:
+            raise ValueError(f"{words['POINTS'][0]} points where width times height is {count}")
         data = words["DATA"][0]
         origin = np.array([float(word) for word in words.get("VIEWPOINT", ["0", "0", "0"])[:3]])
     except (LookupError, ValueError, TypeError) as error:
@@ -63,11 +63,7 @@ def _record(words: dict[str, list[str]]) -> tuple[np.dtype[Any], list[str]]:
     counts = words.get("COUNT", ["1"] * len(words["FIELDS"]))
     rows = zip(words["FIELDS"], words["SIZE"], words["TYPE"], counts, strict=True)
     for number, (name, size, kind, many) in enumerate(rows):
-        if (
-            kind not in ("I", "U", "F")
-            or size not in ("1", "2", "4", "8")
-            or not 0 < int(many) <= COLUMNS_MAX
-        ):
+        if f"{kind}{size}" not in KINDS or not 0 < int(many) <= COLUMNS_MAX:
             raise ValueError(f"field {name!r} of type {kind}, size {size}, count {many}")
         own = f"{number}" if name == "_" else name  # padding
         for part in range(int(many)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -69,6 +70,9 @@ def cloud_chunks(path: Path, settings: CloudSettings) -> Iterator[tuple[Chunk, C
     """
     file = open_cloud(path, settings.chunk_points)
     metres = METRES_PER_UNIT.get(settings.units) or file.metres_per_unit or 1.0
+    if math.isnan(metres):
+        found = "; ".join(file.notes)
+        raise SceneError(file.source, "coordinate system", found, "one whose unit is known, or --units")
     try:
         for chunk in file.chunks:
             wanted = _wanted(chunk, settings)

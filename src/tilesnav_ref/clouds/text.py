@@ -24,6 +24,8 @@ def open_text(path: Path, size: int) -> CloudFile:
     """
     with path.open("rb") as file:
         start = 0
+        words: list[str] = []
+        numbers = None
         for line in iter(lambda: file.readline(LINE_BYTES), b""):
             text = line.strip().lstrip(b"/# ").decode("utf-8", "replace")
             words = [word.strip('"') for word in text.encode().translate(DIVIDERS).decode().split()]

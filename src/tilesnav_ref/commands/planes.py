@@ -31,15 +31,8 @@ from tilesnav_ref.tileset.run_report import StageProgress
 
 PLANES = "planes.json"
 POINTS = "points.ply"
-RECORD = np.dtype(
-    [
-        ("x", "<f8"),
-        ("y", "<f8"),
-        ("z", "<f8"),
-        ("feature", "<i4"),
-        *((c, "u1") for c in ("red", "green", "blue")),
-    ]
-)
+COLOURS = ("red", "green", "blue")
+RECORD = np.dtype([*((axis, "<f8") for axis in "xyz"), ("feature", "<i4"), *((c, "u1") for c in COLOURS)])
 """A point of `POINTS`: metres as in the file, the number of its feature or -1, a colour for viewers."""
 PLANE_NUMBERS = 10
 """A plane (4) and two corners of its rectangle (6), as the source paper stores a feature."""

@@ -20,6 +20,9 @@ from tilesnav_ref.processors import thread_count
 
 Progress = Callable[[str, int, int], None]
 
+NOTHING_FLAT = 0.2
+"""Noise, in radii, from which on no neighbourhood is flat: points spread evenly in space have 0.3, and normals
+that deviate by 0.05 radians 0.1."""
 STEPS = 4 + len(AGAIN)
 
 
@@ -84,6 +87,8 @@ def _labels(
     points: NDArray[np.float64], settings: PlaneSettings, pool: ThreadPoolExecutor, show: Progress
 ) -> tuple[NDArray[np.int32], Scale]:
     scale = scale_of(points, settings, pool)
+    if scale.noise > NOTHING_FLAT * scale.radius:
+        return np.full(len(points), NO_PLANE, np.int32), scale
     grid = make_grid(points, scale.radius)
     place = None
     if crowding(grid) > CROWDED:

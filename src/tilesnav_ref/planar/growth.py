@@ -46,16 +46,22 @@ class Rules(NamedTuple):
     fewest: int
 
 
+WIDTH = 2.0
+"""Least standard deviation of the points along the shorter way in the plane, in the greatest rms from it: a row
+of points lies on many planes."""
 OPEN = -1
 TRIED = -2
 """No feature, and no seed again."""
 
 
 @kernel
-def refit(sums: NDArray[np.float64], count: int, plane: NDArray[np.float64]) -> float:
-    """Write the least squares plane of summed moments (x y z xx xy xz yy yz zz); return its mean square."""
+def refit(sums: NDArray[np.float64], count: int, plane: NDArray[np.float64]) -> tuple[float, float]:
+    """Write the least squares plane of summed moments (x y z xx xy xz yy yz zz).
+
+    Returns the mean square of the distances from it, and that along the shorter way in it.
+    """
     x, y, z = sums[0] / count, sums[1] / count, sums[2] / count
-    least, _, plane[0], plane[1], plane[2] = least_axis(
+    least, middle, plane[0], plane[1], plane[2] = least_axis(
         sums[3] / count - x * x,
         sums[4] / count - x * y,
         sums[5] / count - x * z,
@@ -64,17 +70,18 @@ def refit(sums: NDArray[np.float64], count: int, plane: NDArray[np.float64]) -> 
         sums[8] / count - z * z,
     )
     plane[3] = -(plane[0] * x + plane[1] * y + plane[2] * z)
-    return float(max(0.0, least))
+    return max(0.0, least), max(0.0, middle)
 
 
 @kernel
 def grown(
     cloud: Cloud, rules: Rules, start: int, label: int, queue: NDArray[np.int32], plane: NDArray[np.float64]
-) -> tuple[int, float]:
+) -> tuple[int, float, float]:
     """Grow a feature over neighbours that lie on its plane with about its normal.
 
-    The plane (relative to the start) follows the points. Returns their number and the mean square of their
-    distances when they were fitted last; the points are the first of `queue`, and carry the label.
+    The plane (relative to the start) follows the points, and growth ends where they are no longer flat: of a
+    surface that bends, the part before the last fit is kept. Returns the number of points and their
+    mean squares, as :func:`refit` does; the points are the first of `queue`, and carry the label.
     """
     points, limit = cloud.points, rules.radius * rules.radius
     sums = np.zeros(9)
@@ -82,7 +89,7 @@ def grown(
     queue[0] = start
     cloud.labels[start] = label
     count, done, again = 1, 0, 8
-    square = 0.0
+    kept, square, width = 0, 0.0, 0.0
     while done < count:
         at = queue[done]
         done += 1
@@ -114,11 +121,16 @@ def grown(
                 sums[7] += y * z
                 sums[8] += z * z
         if count >= again:
-            square = refit(sums, count, plane)
+            now, across = refit(sums, count, plane)
             again = int(count * REFIT) + 1
+            if now > rules.flatness * rules.flatness and kept >= rules.fewest:
+                for k in range(kept, count):
+                    cloud.labels[queue[k]] = OPEN
+                return kept, square, width
+            kept, square, width = count, now, across
     if count > 3:
-        square = refit(sums, count, plane)
-    return count, square
+        square, width = refit(sums, count, plane)
+    return count, square, width
 
 
 @kernel
@@ -137,8 +149,9 @@ def grow_all(
         for axis in range(3):
             plane[axis] = cloud.normals[at, axis]
         plane[3] = -cloud.shifts[at]
-        count, square = grown(cloud, rules, at, label, queue, plane)
-        if count >= rules.fewest and square <= rules.flatness * rules.flatness:
+        count, square, width = grown(cloud, rules, at, label, queue, plane)
+        least = rules.flatness * rules.flatness
+        if count >= rules.fewest and square <= least and width >= WIDTH * WIDTH * least:
             label += 1
         else:
             for k in range(count):

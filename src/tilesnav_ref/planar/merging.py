@@ -107,7 +107,7 @@ def _errors(moments: Moments, pairs: NDArray[np.int64]) -> tuple[NDArray[np.floa
         away = np.einsum("pi,pi->p", normals, moments.means[part]) + offsets
         spread = np.einsum("pi,pij,pj->p", normals, moments.scatters[part], normals)
         squares.append(spread / moments.counts[part] + away**2)
-    return np.sqrt(np.maximum(*squares)), joined
+    return np.sqrt(np.maximum(np.maximum(*squares), 0.0)), joined
 
 
 def _apart(pairs: NDArray[np.int64], order: NDArray[np.int64]) -> NDArray[np.int64]:

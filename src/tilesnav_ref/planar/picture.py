@@ -72,7 +72,7 @@ def _matplotlib() -> Any:
 
 
 def draw_features(points: NDArray[np.float64], features: PlanarFeatures, path: Path) -> None:
-    """Draw points coloured by feature: in perspective, from above, and the elevation of the largest wall.
+    """Draw points coloured by feature: in perspective, from above, and the elevation of a wall.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def draw_features(points: NDArray[np.float64], features: PlanarFeatures, path: P
         grid = figure.add_gridspec(2, 2, width_ratios=(1.55, 1.0), height_ratios=(1.35, 1.0))
         _perspective(figure.add_subplot(grid[:, 0]), points, features, colours)
         _plan(figure.add_subplot(grid[0, 1]), points, colours)
-        wall = largest_wall(features)
+        wall = fullest_wall(features)
         if wall is not None:
             _facade(figure.add_subplot(grid[1, 1]), points, features, colours, wall)
         share = float((features.labels >= 0).mean())
@@ -165,12 +165,15 @@ def feature_colours(features: PlanarFeatures) -> NDArray[np.float64]:
     return np.asarray(table[features.labels])
 
 
-def largest_wall(features: PlanarFeatures) -> int | None:
-    """Feature that stands and has the largest rectangle; None when none stands."""
+def fullest_wall(features: PlanarFeatures) -> int | None:
+    """Feature that stands and has the most points; None when none stands.
+
+    By area a plane through the tops of trees would win in an airborne cloud.
+    """
     walls = np.flatnonzero(np.abs(features.normals[:, 2]) < STEEP)
     if not len(walls):
         return None
-    return int(walls[np.argmax(features.extents.half_sizes[walls].prod(axis=1))])
+    return int(walls[np.argmax(features.counts[walls])])
 
 
 def _perspective(
@@ -242,7 +245,7 @@ def _facade(
     axes.add_collection(
         PolyCollection(list(outlines), facecolors="none", edgecolors=(0.1, 0.1, 0.1), linewidths=0.8)
     )
-    axes.set_title("around the largest wall; rectangles of what is parallel to it")
+    axes.set_title("around the wall with most points; rectangles of what is parallel")
     axes.set_xlabel("along the wall, m")
     axes.set_ylabel("z, m")
 

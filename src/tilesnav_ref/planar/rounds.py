@@ -122,6 +122,8 @@ class Rounds:
 
     def _join_fragments(self) -> None:
         """Join small features across gaps of two radii: points are few along a narrow plane."""
+        if not self._count:
+            return
         counts = np.bincount(self.labels[self.labels >= 0], minlength=self._count)
         small = (self.labels >= 0) & (counts < FRAGMENT * self._settings.min_points)[self.labels]
         members = np.flatnonzero(small)

@@ -20,8 +20,8 @@ from tilesnav_ref.registration.settings import RegistrationError, RegistrationSe
 GICP_NEIGHBOURS = 20
 """Neighbours of which the spread around a point is taken, as small_gicp does by itself."""
 PLANE_NEIGHBOURS = 30
-"""Neighbours that a plane is fitted to; with 8 the plane follows the two points that are compared, and the
-distance between them shrinks to a quarter."""
+"""Neighbours that a plane is fitted to; with 8 the plane follows the two points that are compared, so their
+distance from it is too small."""
 FLAT = 0.1
 """Greatest ratio of the least to the middle spread (squares) of a neighbourhood that is taken for a plane."""
 CHUNK = 100_000
