@@ -210,7 +210,10 @@ def _add_sample(parser: argparse.ArgumentParser) -> None:
 
 def _add_encode(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "scene", type=Path, metavar="SCENE", help="PLY, OBJ, STL, OFF, GLB or glTF file, or tileset.json"
+        "scene",
+        type=Path,
+        metavar="SCENE",
+        help="PLY, OBJ, STL, OFF, GLB or glTF file, tileset.json, or point cloud",
     )
     parser.add_argument("out", type=Path, metavar="OUT", help="folder to make")
     parser.add_argument("--force", action="store_true", help="replace an older tileset at OUT when done")
@@ -240,7 +243,10 @@ def _add_encode(parser: argparse.ArgumentParser) -> None:
 
 def _add_cells(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "scene", type=Path, metavar="SCENE", help="PLY, OBJ, STL, OFF, GLB or glTF file, or tileset.json"
+        "scene",
+        type=Path,
+        metavar="SCENE",
+        help="PLY, OBJ, STL, OFF, GLB or glTF file, tileset.json, or point cloud",
     )
     parser.add_argument(
         "--plot", type=Path, metavar="FILE", help="picture to write, .png, .svg or .pdf (extra 'plot')"
