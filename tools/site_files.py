@@ -23,6 +23,7 @@ PAGES: dict[str, tuple[str, ...]] = {
     "Encoder": ("docs/encoder.md",),
     "Bandwidth along a route": ("docs/path.md",),
     "Packets": ("docs/packets.md",),
+    "LiDAR": ("docs/lidar.md",),
     "Validator": ("validator/README.md",),
     "Conformance": ("conformance/README.md",),
     "Benchmarks": ("benchmarks/README.md",),

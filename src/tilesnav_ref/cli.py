@@ -9,8 +9,9 @@ import signal
 import sys
 import traceback
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 from rich.console import Console
 
@@ -20,27 +21,36 @@ from tilesnav_ref.commands.arguments import (
     cell_settings,
     encode_settings,
     parse,
+    scene_settings,
     town_settings,
 )
 from tilesnav_ref.commands.cells import cell_figures, print_cells
 from tilesnav_ref.commands.info import print_figures
 from tilesnav_ref.commands.path import path_figures, print_path
 from tilesnav_ref.commands.path_arguments import path_settings
+from tilesnav_ref.commands.planes import plane_figures, print_planes
 from tilesnav_ref.commands.progress import stage_lines
+from tilesnav_ref.commands.register import print_registration, registration_figures
 from tilesnav_ref.commands.sample import write_sample
+from tilesnav_ref.commands.scan import print_scan, scan_figures, scan_settings
 from tilesnav_ref.commands.signals import Stopped, StopRequest, stop_on_signals
 from tilesnav_ref.encode import encode
 from tilesnav_ref.packet.model import PacketError
+from tilesnav_ref.registration import RegistrationError
 from tilesnav_ref.scene import SceneError
+from tilesnav_ref.sensor import ScanError
 from tilesnav_ref.stream.errors import RouteError, TilesetError
 from tilesnav_ref.stream.figures import figures
 from tilesnav_ref.stream.reader import open_tileset
 from tilesnav_ref.tileset.errors import EncodeError, OutputError
 from tilesnav_ref.tileset.folder import check_output
+from tilesnav_ref.tileset.run_report import StageProgress
 
 NOT_ENCODABLE = (CellError, EncodeError, PacketError, MemoryError)
 """Exit status 1."""
-UNUSABLE = (UsageError, SceneError, TilesetError, RouteError, OutputError, OSError)
+UNUSABLE = (
+    UsageError, SceneError, ScanError, RegistrationError, TilesetError, RouteError, OutputError, OSError,
+)  # fmt: skip
 """Exit status 2."""
 
 
@@ -66,21 +76,45 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(given: Namespace, request: StopRequest) -> None:
-    if given.command in ("encode", "cells", "path"):
-        {"encode": _encode, "cells": _cells, "path": _path}[given.command](given, request)
+    working = {
+        "encode": _encode,
+        "cells": _cells,
+        "path": _path,
+        "scan": _scan,
+        "register": _register,
+        "planes": _planes,
+    }
+    if given.command in working:
+        working[given.command](given, request)
     else:
         {"info": _info, "sample": _sample}[given.command](given)
 
 
-def _encode(given: Namespace, request: StopRequest) -> None:
-    settings = encode_settings(given)
-    check_output(given.out, given.force)
+@contextmanager
+def _stages(given: Namespace, request: StopRequest) -> Iterator[StageProgress]:
+    """Show stages while they run; a request to stop is heeded at each step."""
     with stage_lines(Console(stderr=True), given.quiet) as show:
 
         def progress(stage: str, done: int, total: int) -> None:
             request.check()
             show(stage, done, total)
 
+        yield progress
+
+
+def _print(given: Namespace, found: dict[str, Any], as_table: Callable[[Console, dict[str, Any]], None]) -> None:
+    """Print figures as JSON, where it is asked for, or as a table."""
+    with _closed_pipe_is_no_error():
+        if given.json:
+            print(json.dumps(found, indent=1))
+        else:
+            as_table(_Output(), found)
+
+
+def _encode(given: Namespace, request: StopRequest) -> None:
+    settings = encode_settings(given)
+    check_output(given.out, given.force)
+    with _stages(given, request) as progress:
         encode(given.scene, given.out, settings, given.force, progress, given.work)
     if not given.quiet:
         found = figures(open_tileset(given.out))
@@ -90,18 +124,9 @@ def _encode(given: Namespace, request: StopRequest) -> None:
 
 def _cells(given: Namespace, request: StopRequest) -> None:
     settings = cell_settings(given)
-    with stage_lines(Console(stderr=True), given.quiet) as show:
-
-        def progress(stage: str, done: int, total: int) -> None:
-            request.check()
-            show(stage, done, total)
-
+    with _stages(given, request) as progress:
         found = cell_figures(given.scene, settings, given.plot, progress)
-    with _closed_pipe_is_no_error():
-        if given.json:
-            print(json.dumps(found, indent=1))
-        else:
-            print_cells(_Output(), found)
+    _print(given, found, print_cells)
 
 
 def _path(given: Namespace, request: StopRequest) -> None:
@@ -109,25 +134,34 @@ def _path(given: Namespace, request: StopRequest) -> None:
         settings = path_settings(given)
     except ValueError as error:
         raise UsageError(str(error)) from error
-    with stage_lines(Console(stderr=True), given.quiet) as show:
-
-        def progress(stage: str, done: int, total: int) -> None:
-            request.check()
-            show(stage, done, total)
-
+    with _stages(given, request) as progress:
         found = path_figures(given, settings, progress)
     if not given.quiet:
         with _closed_pipe_is_no_error():
             print_path(_Output(), found)
 
 
+def _scan(given: Namespace, request: StopRequest) -> None:
+    settings = (scene_settings(given), *scan_settings(given))
+    with _stages(given, request) as progress:
+        found = scan_figures(given.scene, given.out, settings, progress)
+    _print(given, found, print_scan)
+
+
+def _register(given: Namespace, request: StopRequest) -> None:
+    with _stages(given, request) as progress:
+        found = registration_figures(given, progress)
+    _print(given, found, print_registration)
+
+
+def _planes(given: Namespace, request: StopRequest) -> None:
+    with _stages(given, request) as progress:
+        found = plane_figures(given, progress)
+    _print(given, found, print_planes)
+
+
 def _info(given: Namespace) -> None:
-    found = figures(open_tileset(given.tileset))
-    with _closed_pipe_is_no_error():
-        if given.json:
-            print(json.dumps(found, indent=1))
-        else:
-            print_figures(_Output(), found)
+    _print(given, figures(open_tileset(given.tileset)), print_figures)
 
 
 def _sample(given: Namespace) -> None:

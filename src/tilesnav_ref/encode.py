@@ -9,8 +9,9 @@ from typing import Any
 from tilesnav_ref.cells import CellSettings, decompose, planes
 from tilesnav_ref.levels import CoarseLevel, LevelSettings, coarse_levels
 from tilesnav_ref.lod import LodSettings, choose_levels
-from tilesnav_ref.scene import SceneSettings, load_scene
+from tilesnav_ref.scene import SceneSettings
 from tilesnav_ref.scene.model import Scene
+from tilesnav_ref.survey import SurveySettings, open_scene
 from tilesnav_ref.tileset.delta import make_deltas
 from tilesnav_ref.tileset.folder import new_folder
 from tilesnav_ref.tileset.model import NavMap, TilesetSettings
@@ -26,6 +27,8 @@ class EncodeSettings:
     """Settings of every stage."""
 
     scene: SceneSettings = field(default_factory=SceneSettings)
+    survey: SurveySettings = field(default_factory=SurveySettings)
+    """Of point clouds."""
     cells: CellSettings = field(default_factory=CellSettings)
     visibility: VisibilitySettings = field(default_factory=VisibilitySettings)
     lod: LodSettings = field(default_factory=LodSettings)
@@ -55,7 +58,7 @@ def encode(
 
     Parameters
     ----------
-    source : mesh file.
+    source : mesh file, tileset or point cloud.
     out : folder to make.
     settings : of every stage.
     force : whether an older tileset at `out` is replaced.
@@ -72,8 +75,8 @@ def encode(
     update: Update | None = None
     with new_folder(out, force) as folder:
         previous = None if settings.update is None else open_previous(settings.update, settings.visibility)
-        with watch.stage("scene"):
-            scene, found = load_scene(source, settings.scene)
+        with watch.stage("scene") as steps:
+            scene, found = open_scene(source, settings.scene, settings.survey, steps)
             if previous is not None:
                 previous.check_frame(scene)
         with watch.stage("cells") as steps:
@@ -91,7 +94,7 @@ def encode(
             deltas = make_deltas(cells, pvs, lod)
         coarse = _coarse_levels(scene, settings, watch)
         with watch.stage("write"):
-            provenance = make_provenance(source, _stages(settings, update), found, cells, pvs)
+            provenance = make_provenance(source, _stages(settings, scene, update), found, cells, pvs)
             if update is not None:
                 provenance["update"] = update.findings
             nav_map = NavMap(
@@ -113,8 +116,9 @@ def _coarse_levels(scene: Scene, settings: EncodeSettings, watch: Stopwatch) -> 
         return coarse_levels(scene, settings.coarse, steps, settings.visibility.threads)
 
 
-def _stages(settings: EncodeSettings, update: Update | None) -> dict[str, Any]:
-    """Settings of the stages; an update is stated by what was updated, not by where it lay."""
+def _stages(settings: EncodeSettings, scene: Scene, update: Update | None) -> dict[str, Any]:
+    """Settings of the stages that ran; an update is stated by what was updated, not by where it lay."""
     left_out = {"update"} if settings.coarse.levels > 1 else {"update", "coarse"}
+    left_out |= set() if scene.planes is not None else {"survey"}
     stages = {name: of_stage for name, of_stage in vars(settings).items() if name not in left_out}
     return stages if update is None else {**stages, "update": update.parameters}

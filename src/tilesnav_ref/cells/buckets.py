@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from tilesnav_ref.cells.overlap import meets_box
 from tilesnav_ref.kernels import kernel
+from tilesnav_ref.scene.unknown import UnknownSpace
 
 _BUCKET_LIMIT = 1 << 21
 """Most buckets; 16 MiB of offsets."""
@@ -36,6 +37,15 @@ class FaceBuckets:
     """(B + 1,) of faces, bucket (i, j, k) at (i * shape[1] + j) * shape[2] + k."""
     faces: NDArray[np.int64]
     """Face numbers, ascending in each bucket."""
+    unknown: UnknownSpace | None = None
+    """Space that no cell may be in."""
+    real: int | None = None
+    """Faces below this number are of the scene, the others are borders of unknown space; None: all of them
+    are of the scene."""
+
+    def of_scene(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Which of the chosen faces (F,) are of the scene."""
+        return chosen if self.real is None else chosen & (np.arange(len(chosen)) < self.real)
 
 
 @kernel

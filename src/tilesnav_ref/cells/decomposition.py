@@ -32,6 +32,7 @@ from tilesnav_ref.cells.selection import cell_kinds, spatial_order, start_cells
 from tilesnav_ref.cells.settings import CellError, CellSettings
 from tilesnav_ref.cells.subdivision import Progress, free_boxes, free_prisms
 from tilesnav_ref.cells.terrain import Ground
+from tilesnav_ref.cells.unmeasured import in_unknown
 from tilesnav_ref.scene.model import Scene
 
 Context = tuple[CellSettings, GridSizes, float]
@@ -46,8 +47,18 @@ def faces_around(scene: Scene, domain: NDArray[np.int64], sizes: GridSizes) -> F
     box = np.stack((domain[0] - margin, domain[1] + margin))
     box[0, 2] = min(box[0, 2], domain[0, 2] - sizes.ground_height - margin)
     box[1, 2] = max(box[1, 2], int(corners[:, :, 2].max()) + margin)
+    near = _near(corners, box)
+    if scene.unknown is None:
+        return make_buckets(near, box, 4 * sizes.min_size)
+    border = _near(scene.unknown.border(), box)
+    buckets = make_buckets(np.concatenate((near, border)), box, 4 * sizes.min_size)
+    return replace(buckets, unknown=scene.unknown, real=len(near))
+
+
+def _near(corners: NDArray[np.int64], box: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The triangles (F, 3, 3) whose bounds meet a box (2, 3)."""
     near = np.all((corners.max(axis=1) >= box[0]) & (corners.min(axis=1) <= box[1]), axis=1)
-    return make_buckets(np.ascontiguousarray(corners[near]), box, 4 * sizes.min_size)
+    return np.ascontiguousarray(corners[near])
 
 
 def _free_cells(
@@ -63,9 +74,11 @@ def _free_cells(
         settings = replace(settings, cell_price=0.0)
     if settings.method == "prisms":
         prisms = free_prisms(buckets, roots, flood, (sizes, settings), progress)
+        prisms = prisms[~in_unknown(prism_corners(prisms), buckets.unknown)]
         prisms = join_prisms(prisms, sizes.max_size, sizes.clearance, buckets)
     else:
         boxes = free_boxes(buckets, roots, sizes, settings, progress)
+        boxes = boxes[~in_unknown(boxes, buckets.unknown)]
         if settings.method == "boxes":
             boxes = merge_boxes(boxes, sizes.max_size, buckets if sizes.clearance == 0 else None)
         prisms = prisms_of_boxes(boxes)
@@ -158,6 +171,8 @@ def decompose(
     that of :mod:`tilesnav_ref.cells.coverage`.
     """
     settings = settings or CellSettings()
+    if scene.unknown is not None and not scene.unknown.open_above:
+        settings = replace(settings, keep_interiors=True)  # free because it was measured, not for its sky
     sizes = grid_sizes(settings, scene.step)
     context = (settings, sizes, scene.step)
     ground = scene_ground(scene, settings)

@@ -12,11 +12,12 @@ from tilesnav_ref.cells.buckets import FaceBuckets
 from tilesnav_ref.cells.coverage import flood_from_points, locate_points, reachable_points
 from tilesnav_ref.cells.domain import GridSizes
 from tilesnav_ref.cells.driving import GroundMission
-from tilesnav_ref.cells.flood import CLEAR, REACHED, VoxelFlood, clear_voxels, spread
+from tilesnav_ref.cells.flood import BLOCKED, CLEAR, REACHED, VoxelFlood, clear_voxels, spread
 from tilesnav_ref.cells.mission import Mission
 from tilesnav_ref.cells.model import HeightBand
 from tilesnav_ref.cells.selection import free_seeds, line_seeds, open_sky
 from tilesnav_ref.cells.settings import CellSettings
+from tilesnav_ref.cells.unmeasured import unknown_voxels
 
 HEIGHTS = (0.0, 5.0, 10.0, 20.0, 40.0, math.inf)
 """Borders of the bands, m: street level, first floors, eaves, roofs, and what is above them."""
@@ -90,6 +91,7 @@ def flood_space(
     domain, whole = domains
     flood = clear_voxels(buckets, domain, sizes.min_size // 4, sizes.clearance, settings.threads)
     states = flood.states
+    states[unknown_voxels(flood, buckets.unknown)] = BLOCKED
     if settings.keep_interiors:
         states[states == CLEAR] = REACHED
     elif settings.seeds != "sky":

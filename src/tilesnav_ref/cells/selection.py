@@ -198,7 +198,7 @@ def cell_kinds(
     edges = (buckets.corners[:, 1:] - buckets.corners[:, :1]).astype(np.float64)
     normals = np.cross(edges[:, 0], edges[:, 1])
     carries = np.hypot(normals[:, 0], normals[:, 1]) <= ground_slope * np.abs(normals[:, 2])
-    on_ground = prisms_with_faces(buckets, _below(prisms, ground_height), 0, carries)
+    on_ground = prisms_with_faces(buckets, _below(prisms, ground_height), 0, buckets.of_scene(carries))
     return np.where(on_ground, KIND_GROUND, KIND_AERIAL).astype(np.uint8)
 
 

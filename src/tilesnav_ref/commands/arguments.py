@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import fields
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -13,13 +12,18 @@ from tilesnav_ref.cells import CellError, CellSettings
 from tilesnav_ref.commands.coarse_arguments import add_coarse_options
 from tilesnav_ref.commands.mission_arguments import add_mission_options
 from tilesnav_ref.commands.path_arguments import add_path_options, joined_route
+from tilesnav_ref.commands.planes import add_planes
+from tilesnav_ref.commands.register import add_register
 from tilesnav_ref.commands.sample import SIZES
-from tilesnav_ref.commands.values import integer, number, numbers
+from tilesnav_ref.commands.scan import add_scan
+from tilesnav_ref.commands.survey_arguments import add_survey_options, survey_settings
+from tilesnav_ref.commands.values import given_of, integer, number, numbers
 from tilesnav_ref.encode import EncodeSettings
 from tilesnav_ref.levels import LevelSettings
 from tilesnav_ref.lod import LodSettings
 from tilesnav_ref.scene import METRES_PER_UNIT, SceneError, SceneSettings
 from tilesnav_ref.scene.sample import DETAILS, TownSettings
+from tilesnav_ref.survey import SurveySettings
 from tilesnav_ref.tileset.model import TilesetSettings
 from tilesnav_ref.visibility import VisibilitySettings
 from tilesnav_ref.visibility.settings import LIMITS
@@ -33,7 +37,7 @@ EXIT_STATUS = """exit status:
 Except for status 0, nothing is left behind and an older tileset at OUT is as it was.
 """
 
-LISTS = ("--region", "--origin", "--seed-point", "--corridor", "--sector")
+LISTS = ("--region", "--origin", "--seed-point", "--corridor", "--sector", "--route")
 """Options whose value may begin with a minus sign and is no plain number."""
 
 
@@ -71,6 +75,7 @@ def encode_settings(given: argparse.Namespace) -> EncodeSettings:
     try:
         return EncodeSettings(
             scene=_settings(SceneSettings, values),
+            survey=survey_settings(values),
             cells=_settings(CellSettings, values),
             visibility=_settings(VisibilitySettings, values),
             lod=_settings(LodSettings, values),
@@ -82,8 +87,8 @@ def encode_settings(given: argparse.Namespace) -> EncodeSettings:
         raise UsageError(str(error)) from error
 
 
-def cell_settings(given: argparse.Namespace) -> tuple[SceneSettings, CellSettings]:
-    """Make the settings of the scene and of its cells; what was not given keeps its default.
+def cell_settings(given: argparse.Namespace) -> tuple[SceneSettings, CellSettings, SurveySettings]:
+    """Make the settings of the scene, of its cells and of surveys; what was not given keeps its default.
 
     Raises
     ------
@@ -92,8 +97,23 @@ def cell_settings(given: argparse.Namespace) -> tuple[SceneSettings, CellSetting
     """
     values = _values(given)
     try:
-        return _settings(SceneSettings, values), _settings(CellSettings, values)
+        cells = _settings(CellSettings, values)
+        return _settings(SceneSettings, values), cells, survey_settings(values)
     except (SceneError, CellError) as error:
+        raise UsageError(str(error)) from error
+
+
+def scene_settings(given: argparse.Namespace) -> SceneSettings:
+    """Make the settings of the scene; what was not given keeps its default.
+
+    Raises
+    ------
+    UsageError
+        When it refuses them.
+    """
+    try:
+        return SceneSettings(**given_of(SceneSettings, _values(given)))
+    except SceneError as error:
         raise UsageError(str(error)) from error
 
 
@@ -120,7 +140,7 @@ def town_settings(given: argparse.Namespace) -> TownSettings:
 
 
 def _settings(kind: type[Any], values: dict[str, Any]) -> Any:
-    return kind(**{one.name: values[one.name] for one in fields(kind) if one.name in values})
+    return kind(**given_of(kind, values))
 
 
 def _joined(arguments: Sequence[str]) -> list[str]:
@@ -148,6 +168,9 @@ def _parser() -> argparse.ArgumentParser:
     _add_info(_command(commands, "info", "print the figures of a tileset"))
     add_path_options(_command(commands, "path", "drive a route and print what a vehicle receives"))
     _add_sample(_command(commands, "sample", "write the sample scene, a town"))
+    _add_scene_options(add_scan(_command(commands, "scan", "scan a scene with a simulated LiDAR")))
+    add_planes(_command(commands, "planes", "find the planar features of a point cloud"))
+    add_register(_command(commands, "register", "bring scans together into one point cloud"))
     return parser
 
 
@@ -189,7 +212,10 @@ def _add_sample(parser: argparse.ArgumentParser) -> None:
 
 def _add_encode(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "scene", type=Path, metavar="SCENE", help="PLY, OBJ, STL, OFF, GLB or glTF file, or tileset.json"
+        "scene",
+        type=Path,
+        metavar="SCENE",
+        help="PLY, OBJ, STL, OFF, GLB or glTF file, tileset.json, or point cloud",
     )
     parser.add_argument("out", type=Path, metavar="OUT", help="folder to make")
     parser.add_argument("--force", action="store_true", help="replace an older tileset at OUT when done")
@@ -211,6 +237,7 @@ def _add_encode(parser: argparse.ArgumentParser) -> None:
         help="take over from this tileset of an earlier scene what cells list that see nothing of the change",
     )
     _add_scene_options(parser.add_argument_group("scene"))
+    add_survey_options(parser.add_argument_group("point clouds"))
     _add_cell_options(parser.add_argument_group("cells"))
     _add_table_options(parser.add_argument_group("sets, levels and files"))
     add_coarse_options(parser.add_argument_group("coarse meshes"))
@@ -218,7 +245,10 @@ def _add_encode(parser: argparse.ArgumentParser) -> None:
 
 def _add_cells(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "scene", type=Path, metavar="SCENE", help="PLY, OBJ, STL, OFF, GLB or glTF file, or tileset.json"
+        "scene",
+        type=Path,
+        metavar="SCENE",
+        help="PLY, OBJ, STL, OFF, GLB or glTF file, tileset.json, or point cloud",
     )
     parser.add_argument(
         "--plot", type=Path, metavar="FILE", help="picture to write, .png, .svg or .pdf (extra 'plot')"
@@ -234,6 +264,7 @@ def _add_cells(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--threads", type=integer(0), metavar="N", help="threads; 0: one for each processor")
     _add_scene_options(parser.add_argument_group("scene"))
+    add_survey_options(parser.add_argument_group("point clouds"))
     _add_cell_options(parser.add_argument_group("cells"))
 
 

@@ -15,14 +15,15 @@ from scipy.sparse.csgraph import connected_components
 
 from tilesnav_ref.cells import KIND_GROUND, CellComplex, CellError, CellSettings, decompose
 from tilesnav_ref.cells.picture import check_picture, draw
-from tilesnav_ref.scene import SceneSettings, load_scene
+from tilesnav_ref.scene import SceneSettings
+from tilesnav_ref.survey import SurveySettings, open_scene
 from tilesnav_ref.tileset.errors import OutputError
 from tilesnav_ref.tileset.run_report import StageProgress
 
 
 def cell_figures(
     source: Path,
-    settings: tuple[SceneSettings, CellSettings],
+    settings: tuple[SceneSettings, CellSettings, SurveySettings],
     plot: Path | None,
     progress: StageProgress,
 ) -> dict[str, Any]:
@@ -40,7 +41,7 @@ def cell_figures(
             raise OutputError(str(error)) from error
     times = [time.perf_counter()]
     progress("scene", 0, 1)
-    scene, _ = load_scene(source, settings[0])
+    scene, _ = open_scene(source, settings[0], settings[2])
     progress("scene", 1, 1)
     times.append(time.perf_counter())
     cells = decompose(scene, settings[1], lambda done, total: progress("cells", done, total))

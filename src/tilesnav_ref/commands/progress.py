@@ -26,6 +26,13 @@ LABELS = {
     "visibility": "see from every cell",
     "levels": "choose levels",
     "deltas": "make deltas",
+    "cloud": "read the cloud",
+    "planes": "find planes",
+    "scan": "scan the scene",
+    "thin": "read the scans",
+    "grow": "align each to the map so far",
+    "adjust": "adjust all poses",
+    "merge": "write the merged cloud",
     "write": "write",
     "path": "drive the route",
 }

@@ -7,11 +7,17 @@ import csv
 import json
 import math
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 LINE_BYTES = 1 << 24
 """Most bytes of a file with the points of a line."""
+
+
+def given_of(kind: type[Any], values: dict[str, Any]) -> dict[str, Any]:
+    """Those of the values that were given for fields of a dataclass."""
+    return {one.name: values[one.name] for one in fields(kind) if values.get(one.name) is not None}
 
 
 def number(text: str) -> float:

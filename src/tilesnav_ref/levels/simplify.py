@@ -142,6 +142,7 @@ def _level(scene: Scene, firsts: Ints, level: int, parts: list[_Simplified]) -> 
             scene,
             faces=np.concatenate([part.faces for part in parts]).astype(np.int32),
             face_object=np.repeat(np.arange(len(parts)), sizes).astype(np.int32),
+            planes=None,  # of the finest faces alone; those of coarse ones are in no plane of the survey
         ),
         errors=np.array([part.error for part in parts]) * scene.step,
         offsets=np.concatenate(([0], np.cumsum(counts))),

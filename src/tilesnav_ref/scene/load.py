@@ -23,6 +23,20 @@ from tilesnav_ref.scene.tiles import place, read_tileset
 from tilesnav_ref.scene.weld import snap, weld
 
 
+class Clock:
+    """Seconds by step."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, name: str) -> None:
+        """Book the time since the last lap under a name."""
+        now = time.perf_counter()
+        self.seconds[name] = round(now - self._last, 4)
+        self._last = now
+
+
 def load_scene(path: str | PathLike[str], settings: SceneSettings | None = None) -> tuple[Scene, SceneReport]:
     """Read a mesh file and make it the scene that is published and proved.
 
@@ -47,7 +61,7 @@ def load_scene(path: str | PathLike[str], settings: SceneSettings | None = None)
     """
     settings = settings or SceneSettings()
     path = Path(path)
-    clock = _Clock()
+    clock = Clock()
     by_name = settings.transparent + settings.one_sided + settings.terrain
     is_tileset = path.suffix.lower() == ".json"
     if is_tileset:
@@ -58,37 +72,48 @@ def load_scene(path: str | PathLike[str], settings: SceneSettings | None = None)
     named = (settings.transparent, settings.one_sided, str(path), settings.terrain)
     kinds = part_kinds(labels, *named) if by_name else None
     clock.lap("read")
-    vertices, faces, part = _concatenate(mesh)
+    vertices = _concatenate(mesh)[0]
     if is_tileset:
         frame = place(str(path), vertices, settings)
     else:
         frame = to_nav(str(path), path.suffix.lower(), vertices, settings)
-    snapped = snap(frame.positions, settings.grid_exponent, str(path))
+    built, report = finish(Placed(str(path), mesh, frame), settings, clock, kinds)
+    return built.scene, report
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Parts of a file in the nav frame."""
+
+    source: str
+    """File named in errors."""
+    mesh: MeshFile
+    frame: NavFrame
+    """Its positions are the vertices of all parts."""
+
+
+def finish(
+    placed: Placed, settings: SceneSettings, clock: Clock, kinds: NDArray[np.int64] | None = None
+) -> tuple[Build, SceneReport]:
+    """Snap, crop and build what has been read and placed; ``kinds`` (P,) are those of kinds.py.
+
+    Raises
+    ------
+    SceneError
+        As for :func:`load_scene`.
+    """
+    source, mesh, frame = placed.source, placed.mesh, placed.frame
+    _, faces, part = _concatenate(mesh)
+    snapped = snap(frame.positions, settings.grid_exponent, source)
     used = len(np.unique(faces))
     soup = Soup(*weld(snapped, faces), part, tuple(p.name for p in mesh.parts), kinds)
     merged = used - len(soup.vertices)
     clock.lap("snap")
-    soup, cropping = _crop(soup, settings, str(path))
+    soup, cropping = _crop(soup, settings, source)
     clock.lap("crop")
-    built = build_scene(soup, settings, frame.tileset_from_nav, str(path))
+    built = build_scene(soup, settings, frame.tileset_from_nav, source)
     clock.lap("build")
-    return built.scene, _report(
-        str(path), mesh, _Steps(frame, snapped, merged, cropping, built), settings, clock
-    )
-
-
-class _Clock:
-    """Seconds by step."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def lap(self, name: str) -> None:
-        """Book the time since the last lap under a name."""
-        now = time.perf_counter()
-        self.seconds[name] = round(now - self._last, 4)
-        self._last = now
+    return built, _report(source, mesh, _Steps(frame, snapped, merged, cropping, built), settings, clock)
 
 
 @dataclass(frozen=True)
@@ -125,7 +150,7 @@ def _crop(soup: Soup, settings: SceneSettings, source: str) -> tuple[Soup, Crop 
 
 
 def _report(
-    source: str, mesh: MeshFile, steps: _Steps, settings: SceneSettings, clock: _Clock
+    source: str, mesh: MeshFile, steps: _Steps, settings: SceneSettings, clock: Clock
 ) -> SceneReport:
     scene, built, cropping = steps.built.scene, steps.built, steps.cropping
     moved = np.linalg.norm(steps.snapped * settings.step - steps.frame.positions, axis=1)

@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from tilesnav_ref.scene.planes import PlaneTable
+from tilesnav_ref.scene.unknown import UnknownSpace
+
 COORDINATE_LIMIT = 1 << 23
 """Every grid coordinate is smaller than this in magnitude, so that differences fit 24 bits."""
 
@@ -41,6 +44,10 @@ class Scene:
     """(K,) whether the faces of an object are seen from their front only; empty when none is one-sided."""
     object_terrain: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
     """(K,) whether an object is the ground, by its name; empty when none was named."""
+    unknown: UnknownSpace | None = None
+    """Space that the survey says nothing about and that no cell may be in; None: all of it is known."""
+    planes: PlaneTable | None = None
+    """Planes of a survey that the faces lie on; None where the scene was not made from planes."""
 
     @property
     def step(self) -> float:

@@ -162,6 +162,8 @@ class SceneReport:
     """Components larger than the region, of which only the faces near it were kept."""
     notes: tuple[str, ...] = ()
     """Remarks for people."""
+    survey: dict[str, Any] | None = None
+    """What became of the point cloud that the scene was made from; None where it was made from a mesh."""
     seconds: dict[str, float] = field(default_factory=dict)
     """Time by step."""
 

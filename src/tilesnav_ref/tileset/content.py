@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from tilesnav_ref import __version__
 from tilesnav_ref.scene.model import COORDINATE_LIMIT, Scene
+from tilesnav_ref.scene.planes import PlaneTable
+from tilesnav_ref.tileset.plane_table import ATTRIBUTE, add_plane_table, feature_ids
 
 PRIMITIVE_RESTART = {"<u2": 0xFFFF, "<u4": 0xFFFFFFFF}
 """glTF forbids the largest index of a type, which graphics interfaces take for the restart of a primitive."""
@@ -40,6 +42,8 @@ class _Primitive:
     """(V, 3) metres, glTF frame (y up)."""
     indices: NDArray[np.uint32]
     """(3F,)."""
+    planes: NDArray[np.int64] | None = None
+    """(V,) plane of each vertex, where the faces lie on planes of a survey."""
 
     @property
     def index_type(self) -> str:
@@ -60,7 +64,7 @@ def make_content(scene: Scene, content: int) -> Content:
     grid = scene.vertices[scene.faces[bounds[0] : bounds[1]]].reshape(-1, 3)
     primitives = [_primitive(scene, int(number)) for number in objects]
     return Content(
-        data=_glb(primitives),
+        data=_glb(primitives, scene.planes),
         face_count=int(bounds[1] - bounds[0]),
         object_count=len(objects),
         lower=grid.min(axis=0),
@@ -110,12 +114,19 @@ def _primitive(scene: Scene, number: int) -> _Primitive:
     first, last = np.searchsorted(scene.face_object, [number, number + 1])
     if first == last:
         raise ValueError(f"object {number} ({scene.object_names[number]!r}) has no faces")
-    used, indices = np.unique(scene.faces[first:last], return_inverse=True)
-    positions = gltf_positions(scene.vertices[used], scene.step)
-    return _Primitive(scene.object_names[number], positions, indices.reshape(-1).astype(np.uint32))
+    faces, name = scene.faces[first:last], scene.object_names[number]
+    if scene.planes is None:
+        used, indices = np.unique(faces, return_inverse=True)
+        positions = gltf_positions(scene.vertices[used], scene.step)
+        return _Primitive(name, positions, indices.reshape(-1).astype(np.uint32))
+    # a vertex of two planes is written twice, since an id belongs to a vertex
+    keys = np.column_stack((np.repeat(scene.planes.face_plane[first:last], 3), faces.reshape(-1)))
+    pairs, indices = np.unique(keys, axis=0, return_inverse=True)
+    positions = gltf_positions(scene.vertices[pairs[:, 1]], scene.step)
+    return _Primitive(name, positions, indices.reshape(-1).astype(np.uint32), pairs[:, 0].astype(np.int64))
 
 
-def _glb(primitives: list[_Primitive]) -> bytes:
+def _glb(primitives: list[_Primitive], planes: PlaneTable | None) -> bytes:
     positions = np.concatenate([p.positions for p in primitives])
     document = gltf.GLTF2(
         asset=gltf.Asset(version="2.0", generator=f"tilesnav {__version__}"),
@@ -144,7 +155,9 @@ def _glb(primitives: list[_Primitive]) -> bytes:
             blob.append(data + b"\0" * (-len(data) % 4))
             length += len(blob[-1])
     _add_primitives(document, primitives, views)
-    document.buffers = [gltf.Buffer(byteLength=length)]
+    if planes is not None:
+        _add_planes(document, blob, planes, primitives)
+    document.buffers = [gltf.Buffer(byteLength=sum(map(len, blob)))]
     document.set_binary_blob(b"".join(blob))
     return b"".join(document.save_to_bytes())
 
@@ -176,6 +189,38 @@ def _add_primitives(document: gltf.GLTF2, primitives: list[_Primitive], views: d
         )
         vertex_offset += primitive.positions.nbytes
         index_offsets[kind] += len(primitive.indices) * np.dtype(kind).itemsize
+
+
+def _add_planes(
+    document: gltf.GLTF2, blob: list[bytes], planes: PlaneTable, primitives: list[_Primitive]
+) -> None:
+    """Add the plane of every vertex, as float32 because attributes are aligned to four bytes, and the table.
+
+    Numbers of planes below 2**24 are exact in float32; a content has fewer faces than that.
+    """
+    given = [primitive.planes for primitive in primitives if primitive.planes is not None]
+    used, rows = np.unique(np.concatenate(given), return_inverse=True)
+    offset = sum(map(len, blob))
+    blob.append(rows.astype("<f4").tobytes())
+    document.bufferViews.append(
+        gltf.BufferView(
+            buffer=0, byteOffset=offset, byteLength=len(blob[-1]), byteStride=4, target=gltf.ARRAY_BUFFER
+        )
+    )
+    view, start = len(document.bufferViews) - 1, 0
+    for written, of_vertices in zip(document.meshes[0].primitives, given, strict=True):
+        accessor = gltf.Accessor(
+            bufferView=view,
+            byteOffset=4 * start,
+            componentType=gltf.FLOAT,
+            count=len(of_vertices),
+            type=gltf.SCALAR,
+        )
+        setattr(written.attributes, ATTRIBUTE, len(document.accessors))
+        document.accessors.append(accessor)
+        written.extensions = feature_ids(len(np.unique(of_vertices)))
+        start += len(of_vertices)
+    add_plane_table(document, blob, planes, used)
 
 
 def _position_accessor(positions: NDArray[np.float32], offset: int) -> gltf.Accessor:

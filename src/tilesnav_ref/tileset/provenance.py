@@ -16,7 +16,16 @@ from tilesnav_ref.visibility.model import PvsTable
 NOT_OF_THE_RESULT = {"threads", "seconds", "source"}
 """Settings and findings that must not change the bytes of a tileset: machine, time and place of the run."""
 
-ONLY_WHERE_GIVEN = {"transparent", "one_sided", "terrain", "max_range", "corridor", "sector_size", "sector"}
+ONLY_WHERE_GIVEN = {
+    "transparent",
+    "one_sided",
+    "terrain",
+    "max_range",
+    "corridor",
+    "sector_size",
+    "sector",
+    "survey",
+}
 """Settings that are stated where they were given."""
 
 CHUNK_BYTES = 1 << 20
