@@ -102,7 +102,9 @@ def _stages(given: Namespace, request: StopRequest) -> Iterator[StageProgress]:
         yield progress
 
 
-def _print(given: Namespace, found: dict[str, Any], as_table: Callable[[Console, dict[str, Any]], None]) -> None:
+def _print(
+    given: Namespace, found: dict[str, Any], as_table: Callable[[Console, dict[str, Any]], None]
+) -> None:
     """Print figures as JSON, where it is asked for, or as a table."""
     with _closed_pipe_is_no_error():
         if given.json:
