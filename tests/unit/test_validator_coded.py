@@ -11,6 +11,7 @@ from tilesnav_validator import packetbits, packetcoded
 from tilesnav_validator.findings import Settings
 from tilesnav_validator.packetbits import TooManyBitsError
 from tilesnav_validator.packetjudge import follow
+from tilesnav_validator.packetmesh import Mesh
 from tilesnav_validator.packetparts import BeyondTilesetError, BodyError, Part
 from tilesnav_validator.packets import Packet, Sequence
 
@@ -106,3 +107,11 @@ def test_every_truncation_is_refused() -> None:
         for size in range(len(body)):
             with pytest.raises(BodyError):
                 decode(body[:size], before[number])
+
+
+def test_a_candidate_out_of_reach_is_left_out() -> None:
+    for shift, found in ((0, {(2**23 - 1, -1, 0): 2}), (1, {})):
+        mesh = Mesh()
+        start, end, third = (mesh.vertex(place) for place in ((0, 0, 0), (2**23 - 1, 0, 0), (-shift, 1, 0)))
+        mesh.add((start, end, third), True)
+        assert mesh.candidates(start, end, third, {}) == found
