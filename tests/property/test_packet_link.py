@@ -143,12 +143,12 @@ class Link(RuleBasedStateMachine):
 
 
 Link.TestCase.settings = settings(
-    max_examples=60, stateful_step_count=40, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+    max_examples=40, stateful_step_count=30, deadline=None, suppress_health_check=[HealthCheck.too_slow]
 )
 TestLink = Link.TestCase
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(WORLDS, st.lists(st.sampled_from(CELLS), min_size=2, max_size=8))
 def test_a_path_with_cycles_ends_where_a_leap_ends(world: World, path: list[int]) -> None:
     walker, leaper = (Sender(world, Wanted()) for _ in range(2))
@@ -168,7 +168,7 @@ def test_a_path_with_cycles_ends_where_a_leap_ends(world: World, path: list[int]
     assert plain(walking.state) == plain(leaping.state) == plain(fresh.state)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(WORLDS, st.permutations(list(CELLS)))
 def test_packets_of_a_path_arrive_in_any_order(world: World, order: list[int]) -> None:
     sender, ahead, client = Sender(world, Wanted()), PacketClient(MAP), PacketClient(MAP)
