@@ -41,7 +41,7 @@ def own(points: NDArray[np.float64], seed: int) -> Labels:
 
 
 def open3d_patches(points: NDArray[np.float64], _seed: int) -> Labels:
-    """Open3D's patches (Araujo and Oliveira 2020), set as in its tutorial; points in its boxes are labelled."""
+    """Open3D's patches (Araujo and Oliveira 2020), set as in its tutorial; its boxes give labels."""
     import open3d  # noqa: PLC0415 - a peer that may be absent
 
     cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points))

@@ -227,3 +227,35 @@ def test_bad_points() -> None:
 def test_bad_settings(name: str, value: float) -> None:
     with pytest.raises(ValueError, match=name):
         replace(PlaneSettings(), **{name: value})
+
+
+def corner(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Three squares of 3 m that meet at a corner, and a few strays."""
+    random = np.random.default_rng(11)
+    parts = []
+    for axis in range(3):
+        part = random.uniform(0.0, 3.0, (count, 3))
+        part[:, axis] = 0.0
+        parts.append(part)
+    strays = random.uniform(0.5, 3.0, (count // 20, 3))
+    noise = random.normal(0.0, 0.01, (3 * count, 3))
+    truth = np.append(np.repeat(np.arange(3), count), np.full(count // 20, -1)).astype(np.int32)
+    return np.concatenate((np.concatenate(parts) + noise, strays)), truth
+
+
+def test_a_corner_of_few_points() -> None:
+    """Small enough to run without compiled kernels."""
+    points, truth = corner(150)
+    found = detect_planes(turned(points), PlaneSettings(min_points=40))
+    score = agreement(found.labels, truth)
+    assert (score.recall, score.precision) == (1.0, 1.0)
+    assert score.right > 0.97
+    assert score.strays < 0.3
+
+
+def test_features_do_not_depend_on_the_seed_by_much() -> None:
+    points, truth = corner(150)
+    for seed in (1, 2**31 - 1):
+        found = detect_planes(points, PlaneSettings(min_points=40, seed=seed))
+        assert len(found) == 3
+        assert agreement(found.labels, truth).right > 0.96

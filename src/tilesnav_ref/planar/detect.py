@@ -21,8 +21,8 @@ from tilesnav_ref.processors import thread_count
 Progress = Callable[[str, int, int], None]
 
 NOTHING_FLAT = 0.2
-"""Noise, in radii, from which on no neighbourhood is flat: points spread evenly in space have 0.3, and normals
-that deviate by 0.05 radians 0.1."""
+"""Noise, in radii, from which on no neighbourhood is flat: points spread evenly in space have 0.3, those with
+normals that deviate by 0.05 radians 0.1."""
 STEPS = 4 + len(AGAIN)
 
 

@@ -47,8 +47,8 @@ class Rules(NamedTuple):
 
 
 WIDTH = 2.0
-"""Least standard deviation of the points along the shorter way in the plane, in the greatest rms from it: a row
-of points lies on many planes."""
+"""Least standard deviation of the points along the shorter way in the plane, in the greatest rms from it: a
+row of points lies on many planes."""
 OPEN = -1
 TRIED = -2
 """No feature, and no seed again."""
