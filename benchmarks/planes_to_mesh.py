@@ -2,8 +2,8 @@
 
     python benchmarks/planes_to_mesh.py [--points 3000000]
 
-Prints JSON. Eight routes through and over the coarse town, every fourth turn of a VLP-16 with 2 cm of noise; the
-given number of its returns, drawn at random.
+Prints JSON. Eight routes through and over the coarse town, every fourth turn of a VLP-16 with 2 cm of noise;
+the given number of its returns, drawn at random.
 """
 
 from __future__ import annotations
