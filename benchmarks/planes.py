@@ -76,7 +76,10 @@ def cgal_ransac(points: NDArray[np.float64], _seed: int) -> Labels:
     jet_estimate_normals(cloud, 16)
     found = cloud.add_int_map("shape")
     efficient_RANSAC(cloud, found, 30, 4.0 * NOISE, 0.6, 0.8, 0.01, True)
-    return np.array([found.get(index) for index in cloud.indices()], np.int32)
+    labels = np.full(len(points), -1, np.int32)
+    for index in cloud.indices():  # in an order of its own: the search sorts the points
+        labels[index] = found.get(index)
+    return labels
 
 
 def scikit_ransac(points: NDArray[np.float64], seed: int) -> Labels:
