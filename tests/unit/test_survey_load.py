@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from survey_fixture import site_from_above, write_las
 
+from tilesnav_ref.cells import CellSettings, decompose
 from tilesnav_ref.levels import LevelSettings, coarse_levels
 from tilesnav_ref.scene import Scene, SceneError, SceneReport, SceneSettings
-from tilesnav_ref.survey import SurveySettings, open_scene
-from tilesnav_ref.survey.read import is_cloud
+from tilesnav_ref.scene.frame import NavFrame
+from tilesnav_ref.survey import SurveySettings, load, open_scene
+from tilesnav_ref.survey.read import Survey, is_cloud
 from tilesnav_ref.tileset.content import make_content
 
 
@@ -127,6 +130,26 @@ def test_coarse_levels_are_written_without_planes(loaded: tuple[Scene, SceneRepo
     assert level.scene.planes is None
     assert b"_FEATURE_ID_0" in make_content(scene, 0).data
     assert b"_FEATURE_ID_0" not in make_content(level.scene, 0).data
+
+
+def test_with_the_places_of_the_scanner_the_inside_of_a_room_is_free(
+    cloud: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A room of 10 m, scanned from its middle, as an E57 file would state it."""
+    rays = np.random.default_rng(5).normal(size=(60_000, 3))
+    points = rays / np.abs(rays).max(axis=1, keepdims=True) * 5.0
+    points *= 1.0 + np.random.default_rng(6).normal(0.0, 0.002, (len(points), 1))
+    frame = NavFrame(points, np.eye(4), "z")
+    survey = Survey(points, frame, None, np.zeros_like(points))
+    monkeypatch.setattr(load, "read_survey", lambda *_: survey)
+    scene, report = open_scene(cloud, SceneSettings(), SurveySettings(view="ground", block=0.5))
+    assert report.survey is not None
+    assert report.survey["planes"] == 6
+    cells = decompose(scene, CellSettings(min_size=1, max_size=4, coverage_points=1000))
+    assert cells.count > 0
+    assert np.abs(cells.corners).max() < 5 * 1024
+    free = decompose(replace(scene, unknown=None), CellSettings(min_size=1, max_size=4, coverage_points=1000))
+    assert np.abs(free.corners).max() > 5 * 1024
 
 
 def test_without_the_extra_the_error_names_it(cloud: Path, monkeypatch: pytest.MonkeyPatch) -> None:
