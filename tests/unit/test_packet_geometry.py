@@ -145,7 +145,7 @@ def test_the_number_a_coder_writes_is_the_one_it_reads() -> None:
     writer = new_coder(np.zeros(100, np.uint8), False, chances)
     code_numbers(writer, 0, numbers)
     data = finish(writer)
-    reader = new_coder(np.frombuffer(data, np.uint8), True, chances)
+    reader = new_coder(np.frombuffer(data, np.uint8).copy(), True, chances)
     found = np.zeros(len(numbers), np.int64)
     code_numbers(reader, 0, found)
     assert found.tolist() == numbers.tolist()
