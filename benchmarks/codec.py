@@ -14,7 +14,7 @@ import argparse
 import lzma
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from time import process_time
@@ -47,7 +47,7 @@ class Tally:
     """Sums of one codec."""
 
     size: int = 0
-    seconds: list[float] | None = None
+    seconds: list[float] = field(default_factory=list)
 
 
 def parts_of(scene: Scene, chosen: NDArray[np.int64], level: int = 0) -> Parts:
@@ -173,26 +173,25 @@ def planes(corners: NDArray[np.int32]) -> bytes:
 def peers(corners: NDArray[np.int32]) -> dict[str, tuple[bytes, Callable[[bytes], object]]]:
     """What others make of the same faces."""
     raw = planes(corners)
-    found = {
+    found: dict[str, tuple[bytes, Callable[[bytes], object]]] = {
         "differences, zlib 9": (zlib.compress(raw, 9), zlib.decompress),
         "differences, LZMA": (packed(raw), unpacked),
         "Draco, level 10": draco(corners),
     }
-    if len(corners):
-        found["meshopt, LZMA"] = meshopt_lzma(corners)
-    return found
+    return found | {"meshopt, LZMA": meshopt_lzma(corners)}
 
 
 def measure(name: str, pairs: list[tuple[Parts, Parts]]) -> None:
     """Print a row for each codec."""
     tallies: dict[str, Tally] = {}
     entered = [entering(before, after) for before, after in pairs]
-    pairs, entered = zip(*((p, e) for p, e in zip(pairs, entered, strict=True) if len(e)), strict=True)
+    pairs = [pair for pair, corners in zip(pairs, entered, strict=True) if len(corners)]
+    entered = [corners for corners in entered if len(corners)]
     for (before, after), corners in zip(pairs, entered, strict=True):
         body = encode_body(before, after)
         rows = {"this codec, all in": (body, lambda data, before=before: decode_body(data, before))}
         for label, (data, decode) in (rows | peers(corners)).items():
-            tally = tallies.setdefault(label, Tally(0, []))
+            tally = tallies.setdefault(label, Tally())
             tally.size += len(data)
             decode(data)
             start = process_time()

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tilesnav_ref.packet.coder import NUMBER_CONTEXTS, code_numbers, finish, is_finished, new_coder
 from tilesnav_ref.packet.geometry import decode_body, encode_body
 from tilesnav_ref.packet.geometry_order import canonical
 from tilesnav_ref.packet.model import Limits, ObjectFaces, PacketError
@@ -113,6 +114,42 @@ def test_other_corners_for_a_held_face_are_refused() -> None:
     held, other = part(1, [3], box(0, 0, 0)[:1]), part(1, [3], box(1, 0, 0)[:1])
     with pytest.raises(PacketError, match="object 1: a face has other corners"):
         encode_body((held,), (other,))
+
+
+RECTANGLE = (((0, 0, 0), (1024, 0, 0), (1024, 0, 512)), ((0, 0, 0), (1024, 0, 512), (0, 0, 512)))
+ROOF = ((0, 0, 512), (1024, 0, 512), (1024, 700, 900))
+TWO = (part(5, [0, 1], np.array(RECTANGLE)),)
+THREE = (part(5, [0, 1, 4], np.array((*RECTANGLE, ROOF))),)
+REST = (part(5, [1, 4], np.array((RECTANGLE[1], ROOF))),)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "body"),
+    [
+        ((), (), "00"),
+        ((), TWO, "9cc3d02d9078eb722026"),
+        (TWO, THREE, "4460544a565a01ad"),
+        (THREE, REST, "4880"),
+    ],
+)
+def test_bodies_byte_by_byte(
+    before: tuple[ObjectFaces, ...], after: tuple[ObjectFaces, ...], body: str
+) -> None:
+    assert encode_body(before, after).hex() == body
+    assert listed(decode_body(bytes.fromhex(body), before)) == listed(after)
+
+
+def test_the_number_a_coder_writes_is_the_one_it_reads() -> None:
+    numbers = np.array([0, 1, 2, 255, 256, (1 << 25) - 2, 0, 7], np.int64)
+    chances = np.full(NUMBER_CONTEXTS, 1 << 15, np.int64)
+    writer = new_coder(np.zeros(100, np.uint8), False, chances)
+    code_numbers(writer, 0, numbers)
+    data = finish(writer)
+    reader = new_coder(np.frombuffer(data, np.uint8), True, chances)
+    found = np.zeros(len(numbers), np.int64)
+    code_numbers(reader, 0, found)
+    assert found.tolist() == numbers.tolist()
+    assert is_finished(reader)
 
 
 def test_equal_input_gives_equal_bytes() -> None:

@@ -100,20 +100,18 @@ def add_neighbours(mesh: Any, scratch: Any, edge: Any, opposite: Any) -> Any:
 
 
 @kernel
-def find_candidates(mesh: Any, memory: Any, scratch: Any, edge: Any, opposite: Any) -> Any:
+def find_candidates(mesh: Any, memory: Any, scratch: Any, edge: Any, opposite: Any) -> None:
     """Find candidates for the third vertex of the face behind an edge (a, b) whose known face has `opposite`.
 
-    `opposite` is NONE where there is no known face. Returns the context of whether there is a face.
+    `opposite` is NONE where there is no known face.
     """
     places = mesh[1]
     a, b = edge
     masks = scratch[1]
     masks[CANDIDATES] = 0
-    state = 0
     if opposite != NONE:
         n = recall(memory, mesh, a, b, opposite)[1]
         if n != NONE:
-            state = 1
             x, y, z = memory[2][n, 0], memory[2][n, 1], memory[2][n, 2]
             add_candidate(scratch, (places[a, 0] + x, places[a, 1] + y, places[a, 2] + z), MEMORY)
         x = places[a, 0] + places[b, 0] - places[opposite, 0]
@@ -121,7 +119,6 @@ def find_candidates(mesh: Any, memory: Any, scratch: Any, edge: Any, opposite: A
         z = places[a, 2] + places[b, 2] - places[opposite, 2]
         add_candidate(scratch, (x, y, z), PARALLELOGRAM)
     add_neighbours(mesh, scratch, edge, opposite)
-    return state
 
 
 @kernel
@@ -244,11 +241,13 @@ def code_gate(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> 
     Returns 1 or 0, and the edge of that face when writing.
     """
     entering, sent, a, b, c, is_held = source
-    context = EXISTS + find_candidates(mesh, memory, scratch, (a, b), c) * 2 + (1 if is_held else 0)
+    known = 1 if recall(memory, mesh, a, b, c)[1] != NONE else 0
     e = NONE
     if not coder[0][READING]:
         e = waiting_edge(entering, sent, mesh, (a, b))
-    found = code_bit(coder, context, 1 if e != NONE else 0)
+    found = code_bit(coder, EXISTS + 2 * known + (1 if is_held else 0), 1 if e != NONE else 0)
+    if found:  # few edges have a face, so candidates are not looked for before
+        find_candidates(mesh, memory, scratch, (a, b), c)
     return found, e
 
 
