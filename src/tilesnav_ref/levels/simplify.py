@@ -14,6 +14,7 @@ from tilesnav_ref.levels.deviation import bound_distance, near_pairs
 from tilesnav_ref.levels.model import CoarseLevel, LevelSettings
 from tilesnav_ref.levels.prepare import prepare
 from tilesnav_ref.processors import thread_count
+from tilesnav_ref.scene.arrange import morton
 from tilesnav_ref.scene.model import Scene
 
 Floats = NDArray[np.float64]
@@ -104,6 +105,8 @@ def simplify_object(vertices: Ints, faces: Ints, bound: float) -> _Simplified:
     for coarse in _attempts(points, local, bound):
         error = _deviation(points[local], points[coarse], bound)
         if error <= bound:
+            # In the order that finer faces have, too: neighbours in space have numbers near each other.
+            coarse = coarse[np.argsort(morton(vertices[used[coarse]].sum(axis=1) // 3), kind="stable")]
             return _Simplified(used[coarse], error + ROUNDING, _pairs(points[local], points[coarse], error))
     same = np.arange(len(faces))
     return _Simplified(faces, ROUNDING, np.stack((same, same), axis=1))

@@ -109,7 +109,7 @@ def split(words: Any, data: Any, bound: Any, bit: Any) -> Any:
     return bit
 
 
-@plain_kernel
+@plain_inner_kernel
 def code_bit(coder: Any, context: Any, bit: Any) -> Any:
     """Code a bit in a context, and learn from it; returns it."""
     words, data, contexts = coder

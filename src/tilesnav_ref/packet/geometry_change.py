@@ -8,7 +8,7 @@ import numpy as np
 
 from tilesnav_ref.kernels import kernel, plain_inner_kernel, plain_kernel
 from tilesnav_ref.packet.coder import FAILED, NUMBER_CONTEXTS, READING
-from tilesnav_ref.packet.geometry_faces import code_faces
+from tilesnav_ref.packet.geometry_faces import HEAD, code_faces
 from tilesnav_ref.packet.geometry_memory import remember_held
 from tilesnav_ref.packet.geometry_mesh import put_corners
 from tilesnav_ref.packet.geometry_order import curve_places, put_in_order, turn_faces
@@ -57,7 +57,8 @@ def code_entering(coder: Any, held: Any, entering: Any, room: Any) -> Any:
         put_corners(source, entering.corners, count)
     coded = np.empty((count, 3, 3), np.int32)
     rows = np.empty(count, np.int64)
-    code_faces(coder, mesh, memory, scratch, (source, coded, rows))
+    sent, stack = np.zeros(count + 1, np.bool_), np.zeros(3 * count + HEAD, np.int64)
+    code_faces(coder, mesh, memory, scratch, (source, coded, rows, sent, stack))
     if coder[0][FAILED]:
         return
     numbers = np.zeros(count, np.int64)

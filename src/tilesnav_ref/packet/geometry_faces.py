@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tilesnav_ref.kernels import kernel, plain_inner_kernel, plain_kernel
+from tilesnav_ref.kernels import plain_inner_kernel, plain_kernel
 from tilesnav_ref.packet.coder import FAILED, NUMBER_CONTEXTS, READING, code_bit, code_number, code_signed
 from tilesnav_ref.packet.geometry_memory import find_shape, put_shape
 from tilesnav_ref.packet.geometry_mesh import (
@@ -49,6 +49,8 @@ CANDIDATES = 4
 """Candidates for a third vertex at most."""
 INSPECTED = 8
 """Edges at a vertex that are looked at for candidates, latest first."""
+TOP, SEEN, HELD, HEAD = range(4)
+"""Words of a stack: edges that wait, held edges looked at and in all; the edges that wait begin."""
 MEMORY, PARALLELOGRAM, LEFT, RIGHT = 1, 2, 4, 8
 """Reasons for a candidate."""
 
@@ -106,7 +108,7 @@ def add_candidate(scratch: Any, place: Any, reason: Any) -> Any:
     masks[CANDIDATES] = count + 1
 
 
-@plain_kernel
+@plain_inner_kernel
 def add_neighbours(mesh: Any, scratch: Any, edge: Any, opposite: Any) -> Any:
     """Note the other ends of open edges to `edge[0]` and from `edge[1]`, as long as few are looked at."""
     places, edges = mesh.vertices, mesh.edges
@@ -143,7 +145,7 @@ def find_candidates(mesh: Any, scratch: Any, edge: Any, opposite: Any, memory: A
     add_neighbours(mesh, scratch, edge, opposite)
 
 
-@plain_kernel
+@plain_inner_kernel
 def code_point(coder: Any, first: Any, references: Any, point: Any) -> Any:
     """Code a place axis by axis: equal to one of three references, or by the difference from the first."""
     last = 0
@@ -169,7 +171,7 @@ def code_point(coder: Any, first: Any, references: Any, point: Any) -> Any:
         last = source
 
 
-@plain_kernel
+@plain_inner_kernel
 def code_vertex(coder: Any, mesh: Any, scratch: Any, first: Any) -> Any:
     """Code a vertex: a known one by how many are newer, else a new one by its place; returns it."""
     references, point = scratch.references, scratch.point
@@ -235,7 +237,7 @@ def first_edge(entering: Any, face: Any, mesh: Any) -> Any:
     return best
 
 
-@plain_kernel
+@plain_inner_kernel
 def begin_anew(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
     """Code a face that shares no edge with a known one; `source` is its mesh and its edge when writing."""
     entering, e = source
@@ -258,7 +260,7 @@ def begin_anew(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) ->
     return a, b, code_third(coder, mesh, scratch)
 
 
-@plain_kernel
+@plain_inner_kernel
 def grow(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
     """Code whether there is a face behind an edge, and its third vertex.
 
@@ -287,40 +289,37 @@ def grow(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
     return 1, v, e
 
 
-@plain_kernel
-def next_edge(mesh: Any, waiting: Any, stack: Any) -> Any:
-    """Take the next edge without a face behind it, or NONE: the newest one, else the first held one.
-
-    `waiting` has the number of edges on the stack, of held ones looked at, and of held ones.
-    """
-    while waiting[0] > 0:
-        waiting[0] -= 1
-        gate = stack[waiting[0]]
+@plain_inner_kernel
+def next_edge(mesh: Any, stack: Any) -> Any:
+    """Take the next edge without a face behind it, or NONE: the newest one, else the first held one."""
+    while stack[TOP] > 0:
+        stack[TOP] -= 1
+        gate = stack[HEAD + stack[TOP]]
         if opposite_edge(mesh, gate) == NONE:
             return gate
-    while waiting[1] < waiting[2]:
-        gate = waiting[1]
-        waiting[1] += 1
+    while stack[SEEN] < stack[HELD]:
+        gate = stack[SEEN]
+        stack[SEEN] += 1
         if opposite_edge(mesh, gate) == NONE:
             return gate
     return np.int64(NONE)
 
 
-@plain_kernel
-def put_coded(mesh: Any, scratch: Any, corners: Any, face: Any) -> Any:
+@plain_inner_kernel
+def put_coded(mesh: Any, scratch: Any, face: Any, corners: Any, i: Any) -> Any:
     """Put a face in; write its corners, which are references for one that begins anew."""
     a, b, v = face
     set_reference(scratch, 1, mesh, a)
     set_reference(scratch, 2, mesh, b)
     set_reference(scratch, 0, mesh, v)
-    for k in range(3):
-        corners[0, k] = mesh.vertices[a, k]
-        corners[1, k] = mesh.vertices[b, k]
-        corners[2, k] = mesh.vertices[v, k]
+    for axis in range(3):
+        corners[i, 0, axis] = mesh.vertices[a, axis]
+        corners[i, 1, axis] = mesh.vertices[b, axis]
+        corners[i, 2, axis] = mesh.vertices[v, axis]
     put_face(mesh, a, b, v)
 
 
-@kernel
+@plain_kernel
 def code_faces(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
     """Write or read faces, in the order of the stream.
 
@@ -330,18 +329,17 @@ def code_faces(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) ->
         `mesh` holds the held faces of the object and has room for the others.
     source : tuple
         Mesh of the faces to be written, whose face k has edges 3k to 3k + 2 (empty when reading); corners
-        (F, 3, 3) int32 and rows (F,) int64 in that mesh, to be filled for each face in the order coded.
+        (F, 3, 3) int32 and rows (F,) int64 in that mesh, to be filled for each face in the order coded;
+        (F + 1,) bool, all False, and a stack (3F + 3,) int64, which begins with zeros, to work with.
     """
-    entering, corners, rows = source
+    entering, corners, rows, sent, stack = source
     writing = not coder[0][READING]
     total = len(corners)
-    sent = np.zeros(total + 1, np.bool_)
-    stack = np.zeros(3 * total, np.int64)
     held = mesh.counts[EDGES]
-    waiting = np.array((0, 0, held), np.int64)
+    stack[HELD] = held
     done, start, e = 0, 0, np.int64(NONE)
     while done < total and not coder[0][FAILED]:
-        gate = next_edge(mesh, waiting, stack)
+        gate = next_edge(mesh, stack)
         if gate != NONE:
             found, v, e = grow(coder, mesh, memory, scratch, (entering, sent, gate, gate < held))
             if not found:
@@ -354,9 +352,9 @@ def code_faces(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) ->
                 e = np.int64(first_edge(entering, start, mesh))
             a, b, v = begin_anew(coder, mesh, memory, scratch, (entering, e))
         for k in range(3):
-            stack[waiting[0] + k] = mesh.counts[EDGES] + k
-        waiting[0] += 3
-        put_coded(mesh, scratch, corners[done], (a, b, v))
+            stack[stack[TOP] + HEAD + k] = mesh.counts[EDGES] + k
+        stack[TOP] += 3
+        put_coded(mesh, scratch, (a, b, v), corners, done)
         if writing:
             rows[done] = e // 3
             sent[e // 3] = True

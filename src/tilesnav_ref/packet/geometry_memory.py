@@ -48,7 +48,7 @@ def shape_hash(bx: Any, by: Any, bz: Any, cx: Any, cy: Any, cz: Any) -> Any:
     return mix(one + np.int64(cx) * 0x3C6EF372 + np.int64(cy) * 0x27D4EB2F + np.int64(cz) * 0x165667B1)
 
 
-@plain_kernel
+@plain_inner_kernel
 def find_shape(memory: Any, mesh: Any, a: Any, b: Any, c: Any) -> Any:
     """Slot of the shape of a face seen from its edge (a, b), and the number of what followed it or NONE."""
     v = mesh.vertices
@@ -83,7 +83,7 @@ def double_table(memory: Any) -> Any:
         table[slot] = n
 
 
-@plain_kernel
+@plain_inner_kernel
 def put_shape(memory: Any, mesh: Any, face: Any, v: Any, found: Any) -> Any:
     """Note that vertex v follows a face (a, b, c) across its edge; `found` is what `find_shape` returned."""
     a, b, c = face
