@@ -68,7 +68,8 @@ def plain_kernel(function: Callable[..., Any]) -> Any:
     """Compile a function as `kernel` does, for functions that make and return no arrays.
 
     Numba counts the references to every array that a function takes out of a tuple, atomically, which costs
-    more than a look-up in a table does. What makes no array and returns none, not even a view, can do without.
+    more than a look-up in a table does. What makes no array and returns none, not even a view, can do
+    without; one that returned an array would free it under the feet of its caller.
     """
     return _compiled(function, **UNCOUNTED)
 

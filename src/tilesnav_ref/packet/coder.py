@@ -25,12 +25,12 @@ LEAST = 32
 PATIENCE = 60
 """Number of bits after which a probability learns no slower."""
 SHARES = (1 << 32) // (2 * np.arange(PATIENCE + 1, dtype=np.int64) + 3) + 1
-"""2^32 / (2 n + 3), rounded up: (v * SHARES[n]) >> 32 is v // (2 n + 3) for 0 <= v <= 2^18, since the product is
-greater than v 2^32 / (2 n + 3) by less than 2^32 / (2 n + 3). A division takes several times as long."""
+"""2^32 / (2 n + 3), made greater by one at most: (v * SHARES[n]) >> 32 is v // (2 n + 3) for 0 <= v <= 2^17,
+as the product is greater than v 2^32 / (2 n + 3) by 2^17 at most. A division takes several times as long."""
 
 
 def new_coder(data: Any, reading: bool, probabilities: Any) -> Any:
-    """Return a coder: words, data, and for each context (C, 2) its probability of zero and number of bits seen.
+    """Return a coder: words, data, and (C, 2) the probability of zero and number of bits of each context.
 
     Parameters
     ----------

@@ -265,9 +265,9 @@ def _check_coder(coder: Any) -> None:
 def _faces_of(parts: Iterable[ObjectFaces | None]) -> Faces:
     """Faces of parts, one behind the other."""
     there = [part for part in parts if part is not None]
-    numbers = [np.zeros(0, np.int64), *(part.faces for part in there)]
-    corners = [np.zeros((0, 3, 3), np.int32), *(part.corners for part in there)]
-    return Faces(np.concatenate(numbers, dtype=np.int64), np.concatenate(corners, dtype=np.int32))
+    faces = np.concatenate([np.zeros(0, np.uint32), *[part.faces for part in there]])
+    corners = np.concatenate([np.zeros((0, 3, 3), np.int32), *[part.corners for part in there]])
+    return Faces(faces.astype(np.int64), corners.astype(np.int32, copy=False))
 
 
 def _new_faces(count: int) -> Faces:

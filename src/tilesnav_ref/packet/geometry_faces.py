@@ -177,9 +177,9 @@ def code_vertex(coder: Any, mesh: Any, scratch: Any, first: Any) -> Any:
     references, point = scratch.references, scratch.point
     vertices = mesh.counts[VERTICES]
     if vertices:
-        v = np.int64(NONE)
+        v = NONE
         if not coder[0][READING]:
-            v = np.int64(find_vertex(mesh, point[0], point[1], point[2])[1])
+            v = int(find_vertex(mesh, point[0], point[1], point[2])[1])
         if code_bit(coder, first, 1 if v != NONE else 0):
             v = vertices - 1 - code_number(coder, first + 1, vertices - 1 - v)
             if v < 0:
@@ -214,7 +214,7 @@ def waiting_edge(entering: Any, sent: Any, mesh: Any, edge: Any) -> Any:
     """Edge of a face that was not sent, opposite to an edge of the mesh; NONE if there is none."""
     u = known_vertex(entering, mesh, edge[0])
     v = known_vertex(entering, mesh, edge[1])
-    if u == NONE or v == NONE:
+    if min(u, v) == NONE:
         return NONE
     e = entering.vertices[v, LATEST_FROM]
     while e != NONE:
@@ -264,8 +264,8 @@ def begin_anew(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) ->
 def grow(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
     """Code whether there is a face behind an edge, and its third vertex.
 
-    `source` is the mesh of faces that enter and which of them were sent, the edge, and whether it is of a held
-    face. Returns 1 or 0, the third vertex, and the edge of the face in that mesh when writing.
+    `source` is the mesh of faces that enter and which of them were sent, the edge, and whether it is of a
+    held face. Returns 1 or 0, the third vertex, and the edge of the face in that mesh when writing.
     """
     entering, sent, gate, is_held = source
     edges = mesh.edges

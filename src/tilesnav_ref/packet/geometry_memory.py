@@ -59,9 +59,9 @@ def find_shape(memory: Any, mesh: Any, a: Any, b: Any, c: Any) -> Any:
     slot = shape_hash(bx, by, bz, cx, cy, cz) & mask
     n = table[slot]
     while n != NONE:
-        if k[n, 0] == bx and k[n, 1] == by and k[n, 2] == bz:
-            if k[n, 3] == cx and k[n, 4] == cy and k[n, 5] == cz:
-                break
+        same_b = k[n, 0] == bx and k[n, 1] == by and k[n, 2] == bz
+        if same_b and k[n, 3] == cx and k[n, 4] == cy and k[n, 5] == cz:
+            break
         slot = (slot + 1) & mask
         n = table[slot]
     return slot, n

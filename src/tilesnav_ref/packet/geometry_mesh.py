@@ -20,9 +20,9 @@ VERTICES, EDGES, MASK = range(3)
 LATEST_FROM, LATEST_TO = 3, 4
 """Of a vertex, behind its place: latest edge from it and to it."""
 FROM, TO, THIRD, PAIR, ALONG, AGAINST, BEFORE_FROM, BEFORE_TO = range(8)
-"""Of an edge: its vertices, the third one of its face; the first edge between the same two vertices, which has
-the latest one from the lesser to the greater and the other way round; the edges from and to the same vertex
-before it."""
+"""Of an edge: its vertices, the third one of its face; the first edge between the same two vertices, which
+has the latest one from the lesser to the greater and the other way round; the edges from and to the same
+vertex before it."""
 
 
 class Mesh(NamedTuple):

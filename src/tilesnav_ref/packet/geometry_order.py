@@ -48,6 +48,24 @@ def turn_faces(corners: Any) -> Any:
             corners[i, 2, axis] = a if best == 1 else b
 
 
+@plain_kernel
+def find_turned(corners: Any, turned: Any) -> Any:
+    """Fill (F,) bool: whether each of (F, 3, 3) faces starts with the least of its rotations."""
+    for i in range(len(corners)):
+        turned[i] = not (less(corners, i, 1, 0) or less(corners, i, 2, 0))
+
+
+@plain_kernel
+def first_beyond(corners: Any) -> Any:
+    """Return the first of (F, 3, 3) faces with a coordinate that is beyond the grid, or F."""
+    for i in range(len(corners)):
+        for k in range(9):
+            value = corners[i, k // 3, k % 3]
+            if value <= -LIMIT or value >= LIMIT:
+                return i
+    return len(corners)
+
+
 @plain_inner_kernel
 def spread(x: Any) -> Any:
     """21 bits, each three places from the next."""

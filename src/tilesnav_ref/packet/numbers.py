@@ -29,7 +29,7 @@ def code_leaving(coder: Any, first: Any, count: Any, leaves: Any) -> Any:
     leaves : (H,) uint8
         1 for each held face that leaves, else 0; filled when reading.
     """
-    last = 0
+    last = np.int64(0)
     for i in range(len(leaves)):
         if count == 0:
             leaves[i] = 0
@@ -38,7 +38,7 @@ def code_leaving(coder: Any, first: Any, count: Any, leaves: Any) -> Any:
             leaves[i] = 1
             count -= 1
             continue
-        bit = code_bit(coder, first + last, leaves[i])
+        bit = np.int64(code_bit(coder, first + last, np.int64(leaves[i])))
         leaves[i] = bit
         count -= bit
         last = bit
