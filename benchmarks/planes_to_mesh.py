@@ -3,8 +3,8 @@
     python benchmarks/planes_to_mesh.py [--detail coarse] [--noise 0.02] [--points 3000000]
     python benchmarks/planes_to_mesh.py --scene town.ply --cloud scan.ply
 
-Prints JSON. Without a cloud: eight routes through and over the town of 50 m, every fourth turn of a VLP-16; the
-given number of its returns, drawn at random. A cloud is one that `tilesnav scan` wrote for that scene, as PLY.
+Prints JSON. Without a cloud: eight routes through and over the town of 50 m, every fourth turn of a VLP-16;
+the given number of its returns, drawn at random. A cloud is one that `tilesnav scan` wrote for that scene, PLY.
 """
 
 from __future__ import annotations
@@ -108,7 +108,9 @@ def open_share(mesh: PlanarMesh) -> tuple[float, float]:
     return float((counts == 1).mean()), float(lengths[counts == 1].sum() / lengths.sum())
 
 
-def represented(cloud: Cloud, truth: NDArray[np.float64], corners: NDArray[np.float64]) -> tuple[float, float]:
+def represented(
+    cloud: Cloud, truth: NDArray[np.float64], corners: NDArray[np.float64]
+) -> tuple[float, float]:
     """Share of the area of the truth that was seen, and the part of it that is near to the mesh."""
     samples, face = reference.sample_triangles(truth, DENSITY, 0.0, 2)
     # A fourth axis keeps the faces apart: only returns of the same face count.
@@ -132,7 +134,7 @@ def onto_faces(cloud: Cloud, truth: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def measure(town: Scene, cloud: Cloud) -> dict[str, Any]:
     """Everything that is printed."""
-    truth = town.corners() * town.step
+    truth = np.asarray(town.corners() * town.step, np.float64)
     started = time.process_time()
     features = detect_planes(cloud[0])
     found = time.process_time()

@@ -56,7 +56,9 @@ def open_cloud(path: Path, chunk_points: int) -> CloudFile:
         raise SceneError(str(path), "file", error.strerror or str(error), "a readable file") from error
 
 
-def cloud_chunks(source: Path | CloudFile, settings: CloudSettings) -> Iterator[tuple[Chunk, CloudFile, float]]:
+def cloud_chunks(
+    source: Path | CloudFile, settings: CloudSettings
+) -> Iterator[tuple[Chunk, CloudFile, float]]:
     """Read a file, or one whose header has been read, in pieces of at most `chunk_points`, whatever its size.
 
     Yields

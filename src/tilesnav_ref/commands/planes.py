@@ -73,7 +73,9 @@ def add_planes(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--region", type=numbers(4), metavar="X0,Y0,X1,Y1", help="part to keep, as the file counts"
     )
-    group.add_argument("--poses", type=Path, metavar="FILE", help="poses of scans (poses.txt in their folder)")
+    group.add_argument(
+        "--poses", type=Path, metavar="FILE", help="poses of the scans (poses.txt in a folder of scans)"
+    )
     group.add_argument("--thin", type=number, metavar="M", help="keep a point of each cube of this edge, m")
     group.add_argument(
         "--max-points", type=integer(1), metavar="N", help=f"most points to keep ({clouds.max_points:,})"

@@ -144,8 +144,10 @@ def _merged(
     for done, (path, pose) in enumerate(zip(paths, poses, strict=True), start=1):
         for chunk, _, _ in cloud_chunks(path, reading):
             records = np.empty(len(chunk.points), record)
-            parts = {"xyz": chunk.points} if record is RECORD else {"xyz": chunk.points, PLACE: chunk.places}
-            for names, points in parts.items():
+            parts: list[tuple[Any, NDArray[np.float64]]] = [("xyz", chunk.points)]
+            if record is PLACED and chunk.places is not None:
+                parts.append((PLACE, chunk.places))
+            for names, points in parts:
                 for name, values in zip(names, place(pose, points).T, strict=True):
                     records[name] = values
             records["scan"] = done - 1

@@ -31,8 +31,8 @@ RECORD = np.dtype(
         *((name, "<f8") for name in PLACE),
     ]
 )
-"""A point of a PLY or LAS file. LAS has `time` as gps_time, `beam` as user_data, others as extra bytes. The last
-three are where the scanner was, in the frame of the point."""
+"""A point of a PLY or LAS file. LAS has `time` as gps_time, `beam` as user_data, others as extra bytes.
+The last three are where the scanner was, in the frame of the point."""
 
 
 def write_scans(scans: Iterable[Scan], path: Path) -> int:

@@ -36,8 +36,8 @@ def read_scans(path: Path, settings: CloudSettings, poses: Path | None = None) -
     settings : CloudSettings
         For a folder, the region is in the frame that the poses lead to, in metres.
     poses : Path or None
-        Lines as in :mod:`tilesnav_ref.registration.poses`, frame of the result from scanner, metres. None: those
-        in the folder. For a file: its points have a field `scan`, the number of their line, counted from 0.
+        Lines as in :mod:`tilesnav_ref.registration.poses`, frame of the result from scanner, metres. None:
+        those in the folder. For a file: its points have a field `scan`, the number of their line from 0.
 
     Returns
     -------
