@@ -4,7 +4,7 @@
     python benchmarks/planes_to_mesh.py --scene town.ply --cloud scan.ply
 
 Prints JSON. Without a cloud: eight routes through and over the town of 50 m, every fourth turn of a VLP-16;
-the given number of its returns, drawn at random. A cloud is one that `tilesnav scan` wrote for that scene, PLY.
+the given number of its returns, drawn at random. A cloud is a PLY that `tilesnav scan` wrote for that scene.
 """
 
 from __future__ import annotations
