@@ -16,7 +16,7 @@ from tilesnav_ref.survey import SurveySettings, open_scene
 pytest.importorskip("shapely", reason="point clouds are an extra")
 
 BOUND = 0.03
-"""Metres that a true face may reach into a cell: a standard deviation of the ranges, far below the clearance."""
+"""Metres that a true face may reach into a cell: a standard deviation of the ranges."""
 ROUTE = "-8,-8,1.5 8,-8,1.5 8,8,1.5 -8,8,1.5 -8,-7,1.5"
 
 

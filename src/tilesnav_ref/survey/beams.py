@@ -17,8 +17,8 @@ from tilesnav_ref.scene.unknown import UnknownSpace
 CROSSINGS = 2
 """Beams that must have crossed a part of space: a single return may be a reflection."""
 PARTS = 4
-"""Parts of a block along each axis, all of which must have been crossed. Were the block judged as a whole, two
-beams through its near half would free what is behind a wall that stands in it and that no beam met there."""
+"""Parts of a block along each axis, all of which must have been crossed. Were the block judged as a whole,
+two beams through its near half would free what is behind a wall in it that no beam met there."""
 PARTS_LIMIT = 1 << 28
 """Most parts of blocks; the edge is doubled to stay below. 256 MiB."""
 HELD = 255
