@@ -18,6 +18,10 @@ from typing import Any
 
 import numba
 from numba import njit
+from numba.core.options import DefaultOptions
+
+UNCOUNTED: dict[str, Any] = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
+"""Option without a promise to stay; without it, kernels are slower and do the same."""
 
 logger = logging.getLogger(__name__)
 
@@ -48,7 +52,7 @@ def cache_folder(package: Path) -> Path | None:
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function with numba: no Python objects, no fast-math, no global lock, cached on disk."""
-    return _compiled(function, inner=False)
+    return _compiled(function)
 
 
 def inner_kernel(function: Callable[..., Any]) -> Any:
@@ -57,17 +61,32 @@ def inner_kernel(function: Callable[..., Any]) -> Any:
     For what is called in inner loops: numba hands over arrays, and tuples of arrays, word by word, which
     costs more than a small function does.
     """
-    return _compiled(function, inner=True)
+    return _compiled(function, forceinline=True)
 
 
-def _compiled(function: Callable[..., Any], inner: bool) -> Any:
+def plain_kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function as `kernel` does, for functions that make and return no arrays.
+
+    Numba counts the references to every array that a function takes out of a tuple, atomically, which costs
+    more than a look-up in a table does. What makes no array and returns none, not even a view, can do
+    without; one that returned an array would free it under the feet of its caller.
+    """
+    return _compiled(function, **UNCOUNTED)
+
+
+def plain_inner_kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function as `inner_kernel` and `plain_kernel` do."""
+    return _compiled(function, forceinline=True, **UNCOUNTED)
+
+
+def _compiled(function: Callable[..., Any], **options: Any) -> Any:
     folder = cache_folder(Path(function.__code__.co_filename).parent)
     if folder is None:
-        return njit(nogil=True, forceinline=inner)(function)
+        return njit(nogil=True, **options)(function)
     config: Any = numba.config
     before = config.CACHE_DIR
     config.CACHE_DIR = str(folder)  # read once, when the decorator sets the function's cache up
     try:
-        return njit(cache=True, nogil=True, forceinline=inner)(function)
+        return njit(cache=True, nogil=True, **options)(function)
     finally:
         config.CACHE_DIR = before

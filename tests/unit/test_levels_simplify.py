@@ -10,6 +10,7 @@ from levels_reference import farthest, plate, recessed
 
 from tilesnav_ref.levels import CoarseLevel, LevelSettings, coarse_levels
 from tilesnav_ref.levels.simplify import ROUNDING, simplify_object
+from tilesnav_ref.scene.arrange import morton
 from tilesnav_ref.scene.build import Soup, build_scene
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.scene.sample import TownSettings, make_town
@@ -97,6 +98,15 @@ def test_levels_of_a_scene() -> None:
             map(tuple, scene.vertices)
         )
     assert levels[1].scene.face_count < levels[0].scene.face_count < scene.face_count
+
+
+def test_faces_of_a_level_are_numbered_along_the_curve() -> None:
+    """As those of the scene are: what sends faces counts on neighbours with numbers near each other."""
+    scene = scene_of(recessed(128), (plate(3, 3)[0] + (0, 0, 9000), plate(3, 3)[1]))
+    level = coarse_levels(scene, LevelSettings(2, (0.1,)))[0].scene
+    places = morton(level.vertices[level.faces].sum(axis=1) // 3)
+    assert np.bincount(level.face_object).min() > 1
+    assert np.array_equal(np.lexsort((places, level.face_object)), np.arange(level.face_count))
 
 
 def test_the_number_of_threads_changes_nothing() -> None:

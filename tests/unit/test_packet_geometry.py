@@ -7,7 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tilesnav_ref.packet.coder import NUMBER_CONTEXTS, code_numbers, finish, is_finished, new_coder
+from tilesnav_ref.packet.coder import (
+    NUMBER_CONTEXTS,
+    ONE,
+    PATIENCE,
+    SHARES,
+    code_numbers,
+    finish,
+    is_finished,
+    new_coder,
+)
 from tilesnav_ref.packet.geometry import decode_body, encode_body
 from tilesnav_ref.packet.geometry_order import canonical
 from tilesnav_ref.packet.model import Limits, ObjectFaces, PacketError
@@ -145,11 +154,18 @@ def test_the_number_a_coder_writes_is_the_one_it_reads() -> None:
     writer = new_coder(np.zeros(100, np.uint8), False, chances)
     code_numbers(writer, 0, numbers)
     data = finish(writer)
-    reader = new_coder(np.frombuffer(data, np.uint8), True, chances)
+    reader = new_coder(np.frombuffer(data, np.uint8).copy(), True, chances)
     found = np.zeros(len(numbers), np.int64)
     code_numbers(reader, 0, found)
     assert found.tolist() == numbers.tolist()
     assert is_finished(reader)
+
+
+def test_shares_divide_exactly() -> None:
+    """Every value that a probability can have, twice, over every number of bits seen."""
+    values = 2 * np.arange(ONE + 1, dtype=np.int64)
+    for n in range(PATIENCE + 1):
+        assert np.array_equal((values * SHARES[n]) >> 32, values // (2 * n + 3))
 
 
 def test_equal_input_gives_equal_bytes() -> None:

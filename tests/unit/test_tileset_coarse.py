@@ -112,5 +112,7 @@ def test_options() -> None:
 
 
 def test_what_is_not_made_is_not_stated() -> None:
-    assert "coarse" not in _stages(EncodeSettings(), None)
-    assert _stages(EncodeSettings(coarse=SETTINGS), None)["coarse"] == SETTINGS
+    scene = small_map().scene
+    plain, coarse = _stages(EncodeSettings(), scene, None), EncodeSettings(coarse=SETTINGS)
+    assert not {"coarse", "survey"} & set(plain)
+    assert _stages(coarse, scene, None)["coarse"] == SETTINGS

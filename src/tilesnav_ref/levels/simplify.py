@@ -14,6 +14,7 @@ from tilesnav_ref.levels.deviation import bound_distance, near_pairs
 from tilesnav_ref.levels.model import CoarseLevel, LevelSettings
 from tilesnav_ref.levels.prepare import prepare
 from tilesnav_ref.processors import thread_count
+from tilesnav_ref.scene.arrange import morton
 from tilesnav_ref.scene.model import Scene
 
 Floats = NDArray[np.float64]
@@ -104,9 +105,15 @@ def simplify_object(vertices: Ints, faces: Ints, bound: float) -> _Simplified:
     for coarse in _attempts(points, local, bound):
         error = _deviation(points[local], points[coarse], bound)
         if error <= bound:
-            return _Simplified(used[coarse], error + ROUNDING, _pairs(points[local], points[coarse], error))
+            ordered = coarse[_along_the_curve(vertices[used[coarse]])]
+            return _Simplified(used[ordered], error + ROUNDING, _pairs(points[local], points[ordered], error))
     same = np.arange(len(faces))
     return _Simplified(faces, ROUNDING, np.stack((same, same), axis=1))
+
+
+def _along_the_curve(corners: Ints) -> NDArray[np.intp]:
+    """Order of faces that faces of a scene have, too: neighbours in space get numbers near each other."""
+    return np.argsort(morton(corners.sum(axis=1) // 3), kind="stable")
 
 
 def _attempts(points: Floats, faces: Ints, bound: float) -> Iterator[Ints]:

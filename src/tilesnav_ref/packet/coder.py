@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from tilesnav_ref.kernels import kernel
+from tilesnav_ref.kernels import plain_inner_kernel, plain_kernel
 
 LOW, RANGE, CODE, PLACE, LENGTH, READING, FAILED = range(7)
 """Words of a coder."""
@@ -24,10 +24,13 @@ LEAST = 32
 """Probabilities stay this far from 0 and from ONE."""
 PATIENCE = 60
 """Number of bits after which a probability learns no slower."""
+SHARES = (1 << 32) // (2 * np.arange(PATIENCE + 1, dtype=np.int64) + 3) + 1
+"""2^32 / (2 n + 3), made greater by one at most: (v * SHARES[n]) >> 32 is v // (2 n + 3) for 0 <= v <= 2^17,
+as the product is greater than v 2^32 / (2 n + 3) by 2^17 at most. A division takes several times as long."""
 
 
 def new_coder(data: Any, reading: bool, probabilities: Any) -> Any:
-    """Return a coder: words, data, probabilities of zero and numbers of bits seen.
+    """Return a coder: words, data, and (C, 2) the probability of zero and number of bits of each context.
 
     Parameters
     ----------
@@ -42,9 +45,12 @@ def new_coder(data: Any, reading: bool, probabilities: Any) -> Any:
     words[LENGTH] = len(data)
     words[READING] = reading
     if reading:
+        data = np.array(data)  # kernels want what can be written, reading or not
         for _ in range(4):
             words[CODE] = words[CODE] << 8 | _first_byte(words, data)
-    return words, data, probabilities.copy(), np.zeros(len(probabilities), np.int64)
+    contexts = np.zeros((len(probabilities), 2), np.int32)
+    contexts[:, 0] = probabilities
+    return words, data, contexts
 
 
 def _first_byte(words: Any, data: Any) -> int:
@@ -53,7 +59,7 @@ def _first_byte(words: Any, data: Any) -> int:
     return int(data[place]) if place < len(data) else 0
 
 
-@kernel
+@plain_kernel
 def shift(words: Any, data: Any) -> Any:
     """Move one byte out of the range, or into it."""
     place = words[PLACE]
@@ -75,7 +81,7 @@ def shift(words: Any, data: Any) -> Any:
     words[LOW] = (words[LOW] & (TOP - 1)) << 8
 
 
-@kernel
+@plain_kernel
 def carry(words: Any, data: Any) -> Any:
     """Add the bit that ran over the top of the range to the bytes already written."""
     words[LOW] &= (1 << 32) - 1
@@ -86,7 +92,7 @@ def carry(words: Any, data: Any) -> Any:
     data[place] += 1
 
 
-@kernel
+@plain_inner_kernel
 def split(words: Any, data: Any, bound: Any, bit: Any) -> Any:
     """Code a bit whose zero has the lower `bound` of the range; returns it."""
     if words[READING]:
@@ -103,20 +109,20 @@ def split(words: Any, data: Any, bound: Any, bit: Any) -> Any:
     return bit
 
 
-@kernel
+@plain_inner_kernel
 def code_bit(coder: Any, context: Any, bit: Any) -> Any:
     """Code a bit in a context, and learn from it; returns it."""
-    words, data, probabilities, seen = coder
-    zero = probabilities[context]
+    words, data, contexts = coder
+    zero = np.int64(contexts[context, 0])
     bit = split(words, data, (words[RANGE] >> 16) * zero, bit)
-    n = seen[context]
+    n = contexts[context, 1]
     if bit:
-        zero -= 2 * zero // (2 * n + 3)
+        zero -= (2 * zero * SHARES[n]) >> 32
     else:
-        zero += 2 * (ONE - zero) // (2 * n + 3)
-    probabilities[context] = min(max(zero, LEAST), ONE - LEAST)
+        zero += (2 * (ONE - zero) * SHARES[n]) >> 32
+    contexts[context, 0] = min(max(zero, LEAST), ONE - LEAST)
     if n < PATIENCE:
-        seen[context] = n + 1
+        contexts[context, 1] = n + 1
     return bit
 
 
@@ -124,7 +130,7 @@ NUMBER_CONTEXTS = 75
 """Contexts of a number: 25 of its width, 25 of its second bit, 25 of its bits by place."""
 
 
-@kernel
+@plain_kernel
 def code_number(coder: Any, first: Any, value: Any) -> Any:
     """Code a number from 0 to 2**25 - 2 in contexts from `first` on; returns it."""
     value += 1
@@ -140,14 +146,14 @@ def code_number(coder: Any, first: Any, value: Any) -> Any:
     return found - 1
 
 
-@kernel
+@plain_kernel
 def code_numbers(coder: Any, first: Any, values: Any) -> Any:
     """Code numbers, each in the same contexts; `values` (N,) int64 is filled when reading."""
     for i in range(len(values)):
         values[i] = code_number(coder, first, values[i])
 
 
-@kernel
+@plain_kernel
 def code_signed(coder: Any, first: Any, value: Any) -> Any:
     """Code a number other than 0 of magnitude below 2**25; returns it."""
     negative = code_bit(coder, first, 1 if value < 0 else 0)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,22 +20,17 @@ from tilesnav_ref.packet.coder import (
     is_finished,
     new_coder,
 )
-from tilesnav_ref.packet.geometry_faces import CONTEXTS, code_faces, new_scratch
-from tilesnav_ref.packet.geometry_mesh import LIMIT, new_memory, new_mesh, put_corners, remember_held
-from tilesnav_ref.packet.geometry_order import canonical, order_of, places_of
+from tilesnav_ref.packet.geometry_change import Faces, Room, code_changes
+from tilesnav_ref.packet.geometry_faces import CONTEXTS, new_scratch
+from tilesnav_ref.packet.geometry_memory import new_memory
+from tilesnav_ref.packet.geometry_mesh import LIMIT, new_mesh
+from tilesnav_ref.packet.geometry_order import canonical
 from tilesnav_ref.packet.model import Limits, ObjectFaces, PacketError
-from tilesnav_ref.packet.numbers import (
-    LARGEST_NUMBER,
-    LEAVES_CONTEXTS,
-    code_leaving,
-    code_places,
-)
+from tilesnav_ref.packet.numbers import LARGEST_NUMBER
 
 SAME, CHANGED, GONE, REPLACED = range(4)
 """What becomes of an object that the client holds."""
 NEW_OBJECTS, ACTIONS, LEFT_COUNTS, LEVELS, FLAGS, COUNTS = (k * NUMBER_CONTEXTS for k in range(6))
-LEAVES = 6 * NUMBER_CONTEXTS
-PLACES = LEAVES + LEAVES_CONTEXTS
 SPACE = 4096
 """Bytes for a body without faces at first; doubled until the body fits."""
 
@@ -116,7 +111,7 @@ def decode_body(
     PacketError
         When the data are not a body for these faces, or go beyond the limits.
     """
-    coder = new_coder(np.frombuffer(data, np.uint8).copy(), True, _probabilities())
+    coder = new_coder(np.frombuffer(data, np.uint8), True, _probabilities())
     after = _code(coder, before, None, limits or Limits())
     if not is_finished(coder):
         raise PacketError(f"packet body of {len(data)} bytes: it ends too early, too late, or is damaged")
@@ -177,15 +172,14 @@ def _code(
 ) -> tuple[ObjectFaces, ...]:
     """Write changes, or read them where they are None; returns what is held afterwards."""
     changes = _code_objects(coder, before, changes, limits)
-    entered = sum(change.entered for change in changes)
-    known = sum(len(change.kept.faces) for change in changes if change.kept and change.entered)
-    memory, scratch = new_memory(entered + known), new_scratch()
+    moving = [change for change in changes if change.action in (CHANGED, REPLACED)]
+    moved = iter(_code_moving(coder, moving))
     after = []
     for change in changes:
         if change.action == SAME and change.before is not None:
             after.append(change.before)
         elif change.action != GONE:
-            after.append(_code_change(coder, change, memory, scratch))
+            after.append(next(moved))
     return tuple(after)
 
 
@@ -268,54 +262,64 @@ def _check_coder(coder: Any) -> None:
     raise _NoRoomError
 
 
-def _code_change(coder: Any, change: _Change, memory: Any, scratch: Any) -> ObjectFaces:
-    """Code the faces of one object that leave and that enter; returns what is held of it afterwards."""
-    kept = change.kept
-    faces = kept.faces.astype(np.int64) if kept else np.zeros(0, np.int64)
-    corners = kept.corners if kept else np.zeros((0, 3, 3), np.int32)
-    target = change.after
-    leaves = np.zeros(len(faces), np.int64)
-    if target is not None:
-        leaves[:] = ~np.isin(faces, target.faces, assume_unique=True)
-    code_leaving(coder, LEAVES, change.left, leaves)
-    numbers = np.zeros(change.entered, np.int64)
-    entering: NDArray[np.int32] = np.zeros((0, 3, 3), np.int32)
-    if change.entered:
-        coded = np.zeros((change.entered, 3, 3), np.int64)
-        source = new_mesh(0)
-        if target is not None:
-            enters = ~np.isin(target.faces, faces, assume_unique=True)
-            source = new_mesh(change.entered)
-            put_corners(source, target.corners[enters])
-        mesh = new_mesh(len(faces) + change.entered)
-        put_corners(mesh, corners)
-        remember_held(memory, mesh)
-        code_faces(coder, mesh, memory, scratch, (source, coded, numbers))
-        _check_coder(coder)
-        if target is not None:
-            numbers = target.faces[enters].astype(np.int64)[numbers]
-        entering, numbers = _code_numbers(coder, faces, corners, coded, numbers)
-    stays = leaves == 0
-    found = np.concatenate((faces[stays], numbers))
-    order = np.argsort(found, kind="stable")
-    found = found[order]
-    if np.any(np.diff(found) == 0):
-        raise PacketError(f"packet body: object {change.number} has a face twice")
-    joined = np.concatenate((corners[stays], entering))[order]
-    return ObjectFaces(change.number, change.level, change.flags, found.astype(np.uint32), joined)
+def _faces_of(parts: Iterable[ObjectFaces | None]) -> Faces:
+    """Faces of parts, one behind the other."""
+    there = [part for part in parts if part is not None]
+    faces = np.concatenate([np.zeros(0, np.uint32), *[part.faces for part in there]])
+    corners = np.concatenate([np.zeros((0, 3, 3), np.int32), *[part.corners for part in there]])
+    return Faces(faces.astype(np.int64), corners.astype(np.int32, copy=False))
 
 
-def _code_numbers(
-    coder: Any, faces: Ints, corners: NDArray[np.int32], coded: Ints, numbers: Ints
-) -> tuple[NDArray[np.int32], Ints]:
-    """Code the numbers of entering faces; returns these faces in the order of space, and their numbers."""
-    entering = canonical(coded.astype(np.int32))
-    places = places_of(entering)
-    order = order_of(entering, places)
-    entering, numbers = entering[order], numbers[order]
-    merged = np.argsort(np.concatenate((places_of(corners), places[order])), kind="stable")
-    held = np.concatenate((faces, np.full(len(entering), -1)))[merged]
-    all_numbers = np.concatenate((faces, numbers))[merged]
-    code_places(coder, PLACES, held, all_numbers)
+def _new_faces(count: int) -> Faces:
+    return Faces(np.empty(count, np.int64), np.empty((count, 3, 3), np.int32))
+
+
+def _code_moving(coder: Any, changes: list[_Change]) -> list[ObjectFaces]:
+    """Code the faces of objects that change; returns what is held of these afterwards."""
+    counts = np.zeros((len(changes), 3), np.int64)
+    for row, change in zip(counts, changes, strict=True):
+        row[:] = len(change.kept.faces) if change.kept else 0, change.left, change.entered
+    held = _faces_of(change.kept for change in changes)
+    entering, leaves = _moving(coder, changes, counts, len(held.numbers))
+    lengths = counts[:, 0] - counts[:, 1] + counts[:, 2]
+    after = _new_faces(int(lengths.sum()))
+    done = code_changes(coder, counts, (held, entering, after), leaves, _room(coder, counts))
     _check_coder(coder)
-    return entering, all_numbers[held < 0]
+    if done < len(changes):
+        raise PacketError(f"packet body: object {changes[done].number} has a face twice")
+    ends = np.cumsum(lengths).tolist()
+    numbers = after.numbers.astype(np.uint32)
+    return [  # copies, so that no object holds the faces of all
+        ObjectFaces(c.number, c.level, c.flags, numbers[begin:end].copy(), after.corners[begin:end].copy())
+        for c, begin, end in zip(changes, [0, *ends], ends, strict=False)
+    ]
+
+
+def _moving(
+    coder: Any, changes: list[_Change], counts: Ints, held: int
+) -> tuple[Faces, NDArray[np.uint8]]:
+    """Faces that enter, and which held ones leave; with room for these when reading."""
+    if coder[0][READING]:
+        return _new_faces(int(counts[:, 2].sum())), np.zeros(held, np.uint8)
+    entering: list[ObjectFaces] = []
+    leaves = [np.zeros(0, np.uint8)]
+    for change in changes:
+        target, kept = change.after, change.kept
+        if target is None:
+            continue
+        if kept is None:
+            entering.append(target)
+            continue
+        leaves.append((~np.isin(kept.faces, target.faces, assume_unique=True)).astype(np.uint8))
+        enters = ~np.isin(target.faces, kept.faces, assume_unique=True)
+        entering.append(replace(target, faces=target.faces[enters], corners=target.corners[enters]))
+    return _faces_of(entering), np.concatenate(leaves)
+
+
+def _room(coder: Any, counts: Ints) -> Room:
+    growing = counts[counts[:, 2] > 0]
+    known, entering = growing[:, 0] + growing[:, 2], growing[:, 2]
+    largest = 0 if coder[0][READING] else int(entering.max(initial=0))
+    return Room(
+        new_mesh(int(known.max(initial=0))), new_mesh(largest), new_memory(int(known.sum())), new_scratch()
+    )

@@ -8,23 +8,29 @@ C. Touma, C. Gotsman, Triangle mesh compression, 1998 (the fourth corner of a pa
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from tilesnav_ref.kernels import kernel
+from tilesnav_ref.kernels import plain_inner_kernel, plain_kernel
 from tilesnav_ref.packet.coder import FAILED, NUMBER_CONTEXTS, READING, code_bit, code_number, code_signed
+from tilesnav_ref.packet.geometry_memory import find_shape, put_shape
 from tilesnav_ref.packet.geometry_mesh import (
+    BEFORE_FROM,
+    BEFORE_TO,
     EDGES,
+    FROM,
+    LATEST_FROM,
+    LATEST_TO,
     LIMIT,
     NONE,
+    THIRD,
+    TO,
     VERTICES,
-    find_edge,
     find_vertex,
+    opposite_edge,
     put_face,
     put_vertex,
-    recall,
-    remember,
 )
 from tilesnav_ref.packet.numbers import LEAVES_CONTEXTS, PLACES_CONTEXTS
 
@@ -43,29 +49,50 @@ CANDIDATES = 4
 """Candidates for a third vertex at most."""
 INSPECTED = 8
 """Edges at a vertex that are looked at for candidates, latest first."""
+TOP, SEEN, HELD, HEAD = range(4)
+"""Words of a stack: edges that wait, held edges looked at and in all; the edges that wait begin."""
 MEMORY, PARALLELOGRAM, LEFT, RIGHT = 1, 2, 4, 8
 """Reasons for a candidate."""
 
 
-def new_scratch() -> Any:
-    """Places of candidates, their reasons, how many; places of references; the place that is coded."""
+class Scratch(NamedTuple):
+    """What is known while a face is coded."""
+
+    candidates: Any
+    """(CANDIDATES, 3) int64 places."""
+    masks: Any
+    """(CANDIDATES + 1,) int64 their reasons; how many there are."""
+    references: Any
+    """(3, 3) int64 places."""
+    point: Any
+    """(3,) int64 the place that is coded."""
+
+
+def new_scratch() -> Scratch:
+    """Return what a body begins with: the origin for references."""
     candidates = np.zeros((CANDIDATES, 3), np.int64)
     masks = np.zeros(CANDIDATES + 1, np.int64)
-    return candidates, masks, np.zeros((3, 3), np.int64), np.zeros(3, np.int64)
+    return Scratch(candidates, masks, np.zeros((3, 3), np.int64), np.zeros(3, np.int64))
 
 
-@kernel
-def copy_place(target: Any, source: Any) -> Any:
-    """Copy three coordinates."""
-    target[0] = source[0]
-    target[1] = source[1]
-    target[2] = source[2]
+@plain_inner_kernel
+def set_reference(scratch: Any, row: Any, mesh: Any, vertex: Any) -> Any:
+    """Make the place of a vertex a reference."""
+    for k in range(3):
+        scratch.references[row, k] = mesh.vertices[vertex, k]
 
 
-@kernel
+@plain_inner_kernel
+def set_point(scratch: Any, mesh: Any, vertex: Any) -> Any:
+    """Make the place of a vertex the one to be coded."""
+    for k in range(3):
+        scratch.point[k] = mesh.vertices[vertex, k]
+
+
+@plain_kernel
 def add_candidate(scratch: Any, place: Any, reason: Any) -> Any:
     """Note a candidate, or that a candidate has one more reason."""
-    candidates, masks = scratch[0], scratch[1]
+    candidates, masks = scratch.candidates, scratch.masks
     x, y, z = place
     count = masks[CANDIDATES]
     for k in range(count):
@@ -81,47 +108,44 @@ def add_candidate(scratch: Any, place: Any, reason: Any) -> Any:
     masks[CANDIDATES] = count + 1
 
 
-@kernel
+@plain_inner_kernel
 def add_neighbours(mesh: Any, scratch: Any, edge: Any, opposite: Any) -> Any:
     """Note the other ends of open edges to `edge[0]` and from `edge[1]`, as long as few are looked at."""
-    places, edges = mesh[1], mesh[3]
+    places, edges = mesh.vertices, mesh.edges
     for side in range(2):
-        vertex = edge[side]
-        e = mesh[5][vertex, 1 - side]
+        e = places[edge[side], LATEST_TO if side == 0 else LATEST_FROM]
         for _ in range(INSPECTED):
             if e == NONE:
                 break
-            w = edges[e, side]
-            reverse = find_edge(mesh, vertex, w)[1] if side == 0 else find_edge(mesh, w, vertex)[1]
-            if w != opposite and reverse == NONE:
-                place = (places[w, 0], places[w, 1], places[w, 2])
+            w = edges[e, FROM if side == 0 else TO]
+            if w != opposite and opposite_edge(mesh, e) == NONE:
+                place = (np.int64(places[w, 0]), np.int64(places[w, 1]), np.int64(places[w, 2]))
                 add_candidate(scratch, place, LEFT if side == 0 else RIGHT)
-            e = mesh[6][e, 1 - side]
+            e = edges[e, BEFORE_TO if side == 0 else BEFORE_FROM]
 
 
-@kernel
-def find_candidates(mesh: Any, memory: Any, scratch: Any, edge: Any, opposite: Any) -> None:
+@plain_kernel
+def find_candidates(mesh: Any, scratch: Any, edge: Any, opposite: Any, memory: Any, shape: Any) -> None:
     """Find candidates for the third vertex of the face behind an edge (a, b) whose known face has `opposite`.
 
-    `opposite` is NONE where there is no known face.
+    `opposite` is NONE where there is no known face, and `shape` where nothing is remembered about it.
     """
-    places = mesh[1]
+    places = mesh.vertices
     a, b = edge
-    masks = scratch[1]
-    masks[CANDIDATES] = 0
+    scratch.masks[CANDIDATES] = 0
     if opposite != NONE:
-        n = recall(memory, mesh, a, b, opposite)[1]
-        if n != NONE:
-            x, y, z = memory[2][n, 0], memory[2][n, 1], memory[2][n, 2]
-            add_candidate(scratch, (places[a, 0] + x, places[a, 1] + y, places[a, 2] + z), MEMORY)
-        x = places[a, 0] + places[b, 0] - places[opposite, 0]
-        y = places[a, 1] + places[b, 1] - places[opposite, 1]
-        z = places[a, 2] + places[b, 2] - places[opposite, 2]
+        x, y, z = np.int64(places[a, 0]), np.int64(places[a, 1]), np.int64(places[a, 2])
+        if shape != NONE:
+            s = memory.shapes
+            add_candidate(scratch, (x + s[shape, 6], y + s[shape, 7], z + s[shape, 8]), MEMORY)
+        x += np.int64(places[b, 0]) - places[opposite, 0]
+        y += np.int64(places[b, 1]) - places[opposite, 1]
+        z += np.int64(places[b, 2]) - places[opposite, 2]
         add_candidate(scratch, (x, y, z), PARALLELOGRAM)
     add_neighbours(mesh, scratch, edge, opposite)
 
 
-@kernel
+@plain_inner_kernel
 def code_point(coder: Any, first: Any, references: Any, point: Any) -> Any:
     """Code a place axis by axis: equal to one of three references, or by the difference from the first."""
     last = 0
@@ -147,13 +171,15 @@ def code_point(coder: Any, first: Any, references: Any, point: Any) -> Any:
         last = source
 
 
-@kernel
+@plain_inner_kernel
 def code_vertex(coder: Any, mesh: Any, scratch: Any, first: Any) -> Any:
     """Code a vertex: a known one by how many are newer, else a new one by its place; returns it."""
-    references, point = scratch[2], scratch[3]
-    vertices = mesh[0][VERTICES]
+    references, point = scratch.references, scratch.point
+    vertices = mesh.counts[VERTICES]
     if vertices:
-        v = find_vertex(mesh, point[0], point[1], point[2])[1]
+        v = NONE
+        if not coder[0][READING]:
+            v = int(find_vertex(mesh, point[0], point[1], point[2])[1])
         if code_bit(coder, first, 1 if v != NONE else 0):
             v = vertices - 1 - code_number(coder, first + 1, vertices - 1 - v)
             if v < 0:
@@ -161,112 +187,139 @@ def code_vertex(coder: Any, mesh: Any, scratch: Any, first: Any) -> Any:
                 v = 0
             return v
     code_point(coder, first + 1 + NUMBER_CONTEXTS, references, point)
-    return put_vertex(mesh, point[0], point[1], point[2])
+    return np.int64(put_vertex(mesh, point[0], point[1], point[2]))
 
 
-@kernel
+@plain_kernel
 def code_third(coder: Any, mesh: Any, scratch: Any) -> Any:
     """Code the third vertex of a face: one of the candidates, else any; returns it."""
-    candidates, masks, _references, point = scratch
+    candidates, masks, point = scratch.candidates, scratch.masks, scratch.point
     for k in range(masks[CANDIDATES]):
-        same = point[0] == candidates[k, 0] and point[1] == candidates[k, 1] and point[2] == candidates[k, 2]
+        x, y, z = candidates[k, 0], candidates[k, 1], candidates[k, 2]
+        same = point[0] == x and point[1] == y and point[2] == z
         if code_bit(coder, CHOICE + masks[k], 1 if same else 0):
-            return put_vertex(mesh, candidates[k, 0], candidates[k, 1], candidates[k, 2])
+            return np.int64(put_vertex(mesh, x, y, z))
     return code_vertex(coder, mesh, scratch, VERTEX + 2 * VERTEX_CONTEXTS)
 
 
-@kernel
+@plain_kernel
+def known_vertex(entering: Any, mesh: Any, vertex: Any) -> Any:
+    """Vertex of one mesh at the place of a vertex of another, or NONE."""
+    places = mesh.vertices
+    return find_vertex(entering, places[vertex, 0], places[vertex, 1], places[vertex, 2])[1]
+
+
+@plain_kernel
 def waiting_edge(entering: Any, sent: Any, mesh: Any, edge: Any) -> Any:
     """Edge of a face that was not sent, opposite to an edge of the mesh; NONE if there is none."""
-    a, b = edge
-    places = mesh[1]
-    u = find_vertex(entering, places[a, 0], places[a, 1], places[a, 2])[1]
-    v = find_vertex(entering, places[b, 0], places[b, 1], places[b, 2])[1]
-    if NONE in (u, v):
+    u = known_vertex(entering, mesh, edge[0])
+    v = known_vertex(entering, mesh, edge[1])
+    if min(u, v) == NONE:
         return NONE
-    e = entering[5][v, 0]
+    e = entering.vertices[v, LATEST_FROM]
     while e != NONE:
-        if entering[3][e, 1] == u and not sent[e // 3]:
+        if entering.edges[e, TO] == u and not sent[e // 3]:
             return e
-        e = entering[6][e, 0]
+        e = entering.edges[e, BEFORE_FROM]
     return NONE
 
 
-@kernel
+@plain_kernel
 def first_edge(entering: Any, face: Any, mesh: Any) -> Any:
     """Edge of a face to begin with: one whose vertices are known, if there is one."""
     best, most = 3 * face, -1
     for e in range(3 * face, 3 * face + 3):
-        p, q = entering[3][e, 0], entering[3][e, 1]
         score = 0
-        if find_vertex(mesh, entering[1][p, 0], entering[1][p, 1], entering[1][p, 2])[1] != NONE:
-            score = (
-                2
-                if find_vertex(mesh, entering[1][q, 0], entering[1][q, 1], entering[1][q, 2])[1] != NONE
-                else 1
-            )
+        if known_vertex(mesh, entering, entering.edges[e, FROM]) != NONE:
+            score = 2 if known_vertex(mesh, entering, entering.edges[e, TO]) != NONE else 1
         if score > most:
             best, most = e, score
     return best
 
 
-@kernel
+@plain_inner_kernel
 def begin_anew(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
     """Code a face that shares no edge with a known one; `source` is its mesh and its edge when writing."""
     entering, e = source
-    references, point = scratch[2], scratch[3]
+    references = scratch.references
     writing = not coder[0][READING]
+    ends = (np.int64(0), np.int64(0))
+    for k in range(2):
+        if writing:
+            set_point(scratch, entering, entering.edges[e, FROM if k == 0 else TO])
+        v = code_vertex(coder, mesh, scratch, VERTEX + k * VERTEX_CONTEXTS)
+        ends = (ends[1], v)
+        for row in range(2, 0, -1):
+            for axis in range(3):
+                references[row, axis] = references[row - 1, axis]
+        set_reference(scratch, 0, mesh, v)
     if writing:
-        copy_place(point, entering[1][entering[3][e, 0]])
-    a = code_vertex(coder, mesh, scratch, VERTEX)
-    copy_place(references[2], references[1])
-    copy_place(references[1], references[0])
-    copy_place(references[0], mesh[1][a])
-    if writing:
-        copy_place(point, entering[1][entering[3][e, 1]])
-    b = code_vertex(coder, mesh, scratch, VERTEX + VERTEX_CONTEXTS)
-    copy_place(references[2], references[1])
-    copy_place(references[1], references[0])
-    copy_place(references[0], mesh[1][b])
-    if writing:
-        copy_place(point, entering[1][entering[3][e, 2]])
-    find_candidates(mesh, memory, scratch, (b, a), NONE)
+        set_point(scratch, entering, entering.edges[e, THIRD])
+    a, b = ends
+    find_candidates(mesh, scratch, (b, a), NONE, memory, NONE)
     return a, b, code_third(coder, mesh, scratch)
 
 
-@kernel
-def code_gate(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
-    """Code whether there is a face behind an edge (a, b) of a known face (a, b, c).
-
-    Returns 1 or 0, and the edge of that face when writing.
-    """
-    entering, sent, a, b, c, is_held = source
-    known = 1 if recall(memory, mesh, a, b, c)[1] != NONE else 0
-    e = NONE
-    if not coder[0][READING]:
-        e = waiting_edge(entering, sent, mesh, (a, b))
-    found = code_bit(coder, EXISTS + 2 * known + (1 if is_held else 0), 1 if e != NONE else 0)
-    if found:  # few edges have a face, so candidates are not looked for before
-        find_candidates(mesh, memory, scratch, (a, b), c)
-    return found, e
-
-
-@kernel
+@plain_inner_kernel
 def grow(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
-    """Code the face behind an edge (a, b) of a known face, whose candidates were found."""
-    entering, e, a, b, c = source
-    references, point = scratch[2], scratch[3]
-    copy_place(references[0], mesh[1][a])
-    copy_place(references[1], mesh[1][b])
-    copy_place(references[2], mesh[1][c])
+    """Code whether there is a face behind an edge, and its third vertex.
+
+    `source` is the mesh of faces that enter and which of them were sent, the edge, and whether it is of a
+    held face. Returns 1 or 0, the third vertex, and the edge of the face in that mesh when writing.
+    """
+    entering, sent, gate, is_held = source
+    edges = mesh.edges
+    a, b, c = edges[gate, FROM], edges[gate, TO], edges[gate, THIRD]
+    found = find_shape(memory, mesh, a, b, c)
+    e = np.int64(NONE)
+    if not coder[0][READING]:
+        e = np.int64(waiting_edge(entering, sent, mesh, (a, b)))
+    context = EXISTS + (2 if found[1] != NONE else 0) + (1 if is_held else 0)
+    if not code_bit(coder, context, 1 if e != NONE else 0):
+        return 0, np.int64(NONE), e
+    # Few edges have a face, so candidates are not looked for before.
+    find_candidates(mesh, scratch, (a, b), c, memory, found[1])
+    set_reference(scratch, 0, mesh, a)
+    set_reference(scratch, 1, mesh, b)
+    set_reference(scratch, 2, mesh, c)
     if e != NONE:
-        copy_place(point, entering[1][entering[3][e, 2]])
+        set_point(scratch, entering, entering.edges[e, THIRD])
     v = code_third(coder, mesh, scratch)
-    remember(memory, mesh, (a, b, c), v)
-    return v
+    put_shape(memory, mesh, (a, b, c), v, found)
+    return 1, v, e
 
 
-@kernel
+@plain_inner_kernel
+def next_edge(mesh: Any, stack: Any) -> Any:
+    """Take the next edge without a face behind it, or NONE: the newest one, else the first held one."""
+    while stack[TOP] > 0:
+        stack[TOP] -= 1
+        gate = stack[HEAD + stack[TOP]]
+        if opposite_edge(mesh, gate) == NONE:
+            return gate
+    while stack[SEEN] < stack[HELD]:
+        gate = stack[SEEN]
+        stack[SEEN] += 1
+        if opposite_edge(mesh, gate) == NONE:
+            return gate
+    return np.int64(NONE)
+
+
+@plain_inner_kernel
+def put_coded(mesh: Any, scratch: Any, face: Any, corners: Any, i: Any) -> Any:
+    """Put a face in; write its corners, which are references for one that begins anew."""
+    a, b, v = face
+    set_reference(scratch, 1, mesh, a)
+    set_reference(scratch, 2, mesh, b)
+    set_reference(scratch, 0, mesh, v)
+    for axis in range(3):
+        corners[i, 0, axis] = mesh.vertices[a, axis]
+        corners[i, 1, axis] = mesh.vertices[b, axis]
+        corners[i, 2, axis] = mesh.vertices[v, axis]
+    put_face(mesh, a, b, v)
+
+
+@plain_kernel
 def code_faces(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) -> Any:
     """Write or read faces, in the order of the stream.
 
@@ -276,43 +329,33 @@ def code_faces(coder: Any, mesh: Any, memory: Any, scratch: Any, source: Any) ->
         `mesh` holds the held faces of the object and has room for the others.
     source : tuple
         Mesh of the faces to be written, whose face k has edges 3k to 3k + 2 (empty when reading); corners
-        (F, 3, 3) int64 and numbers (F,) int64 in that mesh, to be filled for each face in the order coded.
+        (F, 3, 3) int32 and rows (F,) int64 in that mesh, to be filled for each face in the order coded;
+        (F + 1,) bool, all False, and a stack (3F + 3,) int64, which begins with zeros, to work with.
     """
-    entering, corners, numbers = source
+    entering, corners, rows, sent, stack = source
     writing = not coder[0][READING]
     total = len(corners)
-    sent = np.zeros(total + 1, np.bool_)
-    stack = np.zeros(len(mesh[3]) + 1, np.int64)
-    top = mesh[0][EDGES]
-    held = top
-    for i in range(held):
-        stack[i] = held - 1 - i
-    done, start, e = 0, 0, NONE
+    held = mesh.counts[EDGES]
+    stack[HELD] = held
+    done, start, e = 0, 0, np.int64(NONE)
     while done < total and not coder[0][FAILED]:
-        if top:
-            top -= 1
-            gate = stack[top]
-            a, b, c = mesh[3][gate, 0], mesh[3][gate, 1], mesh[3][gate, 2]
-            if find_edge(mesh, b, a)[1] != NONE:
-                continue
-            found, e = code_gate(coder, mesh, memory, scratch, (entering, sent, a, b, c, gate < held))
+        gate = next_edge(mesh, stack)
+        if gate != NONE:
+            found, v, e = grow(coder, mesh, memory, scratch, (entering, sent, gate, gate < held))
             if not found:
                 continue
-            v = grow(coder, mesh, memory, scratch, (entering, e, a, b, c))
-            a, b = b, a
+            a, b = np.int64(mesh.edges[gate, TO]), np.int64(mesh.edges[gate, FROM])
         else:
             if writing:
                 while sent[start]:
                     start += 1
-                e = first_edge(entering, start, mesh)
+                e = np.int64(first_edge(entering, start, mesh))
             a, b, v = begin_anew(coder, mesh, memory, scratch, (entering, e))
         for k in range(3):
-            copy_place(corners[done, k], mesh[1][(a, b, v)[k]])
-            copy_place(scratch[2][(k + 1) % 3], corners[done, k])
-            stack[top + k] = mesh[0][EDGES] + k
-        top += 3
-        put_face(mesh, (a, b, v))
+            stack[stack[TOP] + HEAD + k] = mesh.counts[EDGES] + k
+        stack[TOP] += 3
+        put_coded(mesh, scratch, (a, b, v), corners, done)
         if writing:
-            numbers[done] = e // 3
+            rows[done] = e // 3
             sent[e // 3] = True
         done += 1

@@ -1,175 +1,176 @@
-"""Faces of an object as both sides know them: vertices by place, directed edges, memory of shapes.
+"""Faces of an object as both sides know them: vertices by place, and directed edges in pairs.
 
-Hash tables with linear probing; what they find is what was put in, never what merely looks like it.
+Hash tables with linear probing; what they find is what was put in, never what merely looks like it. All that
+belongs to a vertex or to an edge lies in one row, since what takes time is to fetch it.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from tilesnav_ref.kernels import kernel
+from tilesnav_ref.kernels import plain_inner_kernel, plain_kernel
 
-VERTICES, EDGES = range(2)
-"""Words of a mesh."""
 NONE = -1
 LIMIT = 1 << 23
 """Coordinates are smaller in magnitude."""
+VERTICES, EDGES, MASK = range(3)
+"""Counts of a mesh; slots of its hash tables less one."""
+LATEST_FROM, LATEST_TO = 3, 4
+"""Of a vertex, behind its place: latest edge from it and to it."""
+FROM, TO, THIRD, PAIR, ALONG, AGAINST, BEFORE_FROM, BEFORE_TO = range(8)
+"""Of an edge: its vertices, the third one of its face; the first edge between the same two vertices, which
+has the latest one from the lesser to the greater and the other way round; the edges from and to the same
+vertex before it."""
 
 
-def new_mesh(faces: int) -> Any:
-    """Return an empty mesh with room for a number of faces.
+class Mesh(NamedTuple):
+    """Arrays with room for the faces of one object after the other."""
 
-    A tuple: counts; places (V, 3) of vertices; their hash table; edges (E, 3): from, to, third vertex;
-    hash table of edges; latest edge from and latest edge to each vertex (V, 2); the edges before them (E, 2).
-    """
+    counts: Any
+    """(3,) int64."""
+    vertices: Any
+    """(V, 5) int32: place, LATEST_FROM, LATEST_TO."""
+    vertex_table: Any
+    """(S,) int32 vertex in each slot or NONE."""
+    edges: Any
+    """(E, 8) int32; face f has the edges 3f to 3f + 2."""
+    edge_table: Any
+    """(S,) int32 first edge of a pair in each slot or NONE."""
+
+
+def new_mesh(faces: int) -> Mesh:
+    """Return a mesh with room for a number of faces; `clear_mesh` makes it ready."""
     room = 3 * faces
-    slots = 1 << max(2 * room, 4).bit_length()
-    return (
-        np.zeros(2, np.int64),
-        np.zeros((room, 3), np.int64),
-        np.full(slots, NONE, np.int64),
-        np.zeros((room, 3), np.int64),
-        np.full(slots, NONE, np.int64),
-        np.full((room, 2), NONE, np.int64),
-        np.full((room, 2), NONE, np.int64),
+    slots = slot_count(room)
+    return Mesh(
+        np.zeros(3, np.int64),
+        np.empty((room, 5), np.int32),
+        np.empty(slots, np.int32),
+        np.empty((room, 8), np.int32),
+        np.empty(slots, np.int32),
     )
 
 
-@kernel
-def mix(a: Any, b: Any, c: Any) -> Any:
-    """Hash of three integers, 0 to 2**40 - 1; no product leaves 63 bits."""
+@plain_kernel
+def slot_count(room: Any) -> Any:
+    """Slots of a table that is filled by two thirds at most: a power of two."""
+    slots = 4
+    while 2 * slots < 3 * room:
+        slots *= 2
+    return slots
+
+
+@plain_kernel
+def clear_mesh(mesh: Any, faces: Any) -> Any:
+    """Empty a mesh, for an object with no more than so many faces."""
+    slots = slot_count(3 * faces)
+    mesh.counts[VERTICES] = 0
+    mesh.counts[EDGES] = 0
+    mesh.counts[MASK] = slots - 1
+    mesh.vertex_table[:slots] = NONE
+    mesh.edge_table[:slots] = NONE
+
+
+@plain_inner_kernel
+def mix(sum_of_products: Any) -> Any:
+    """Hash of a sum of products that is below 2^62 in magnitude; no product leaves 63 bits."""
     low = (1 << 30) - 1
-    h = (a & low) * 0x5E3779B1 + (b & low) * 0x45EBCA77 + (c & low) * 0x42B2AE3D
-    h ^= h >> 29
+    h = sum_of_products ^ (sum_of_products >> 29)
     h = (h & low) * 0x6C1B3C6D
-    return (h ^ (h >> 23)) & ((1 << 40) - 1)
+    return h ^ (h >> 23)
 
 
-@kernel
+@plain_inner_kernel
 def find_vertex(mesh: Any, x: Any, y: Any, z: Any) -> Any:
     """Slot of a place, and its vertex or NONE."""
-    places, table = mesh[1], mesh[2]
-    slot = mix(x, y, z) & (len(table) - 1)
-    while table[slot] != NONE:
+    vertices, table, mask = mesh.vertices, mesh.vertex_table, mesh.counts[MASK]
+    slot = mix(np.int64(x) * 0x5E3779B1 + np.int64(y) * 0x45EBCA77 + np.int64(z) * 0x42B2AE3D) & mask
+    v = table[slot]
+    while v != NONE:
+        if vertices[v, 0] == x and vertices[v, 1] == y and vertices[v, 2] == z:
+            break
+        slot = (slot + 1) & mask
         v = table[slot]
-        if places[v, 0] == x and places[v, 1] == y and places[v, 2] == z:
-            return slot, v
-        slot = (slot + 1) & (len(table) - 1)
-    return slot, NONE
+    return slot, v
 
 
-@kernel
+@plain_inner_kernel
 def put_vertex(mesh: Any, x: Any, y: Any, z: Any) -> Any:
     """Vertex at a place, new where there was none."""
     slot, v = find_vertex(mesh, x, y, z)
-    if v != NONE:
-        return v
-    v = mesh[0][VERTICES]
-    mesh[0][VERTICES] = v + 1
-    mesh[1][v, 0] = x
-    mesh[1][v, 1] = y
-    mesh[1][v, 2] = z
-    mesh[2][slot] = v
+    if v == NONE:
+        v = mesh.counts[VERTICES]
+        mesh.counts[VERTICES] = v + 1
+        mesh.vertices[v, 0] = x
+        mesh.vertices[v, 1] = y
+        mesh.vertices[v, 2] = z
+        mesh.vertices[v, LATEST_FROM] = NONE
+        mesh.vertices[v, LATEST_TO] = NONE
+        mesh.vertex_table[slot] = v
     return v
 
 
-@kernel
-def find_edge(mesh: Any, a: Any, b: Any) -> Any:
-    """Slot of a directed edge, and the latest edge there or NONE."""
-    edges, table = mesh[3], mesh[4]
-    slot = mix(a, b, 0) & (len(table) - 1)
-    while table[slot] != NONE:
+@plain_inner_kernel
+def find_pair(mesh: Any, a: Any, b: Any) -> Any:
+    """Slot of the edges between two vertices, and the first of them or NONE."""
+    edges, table, mask = mesh.edges, mesh.edge_table, mesh.counts[MASK]
+    slot = mix(np.int64(min(a, b)) * 0x5E3779B1 + np.int64(max(a, b)) * 0x45EBCA77) & mask
+    e = table[slot]
+    while e != NONE:
+        p, q = edges[e, FROM], edges[e, TO]
+        if (p == a and q == b) or (p == b and q == a):
+            break
+        slot = (slot + 1) & mask
         e = table[slot]
-        if edges[e, 0] == a and edges[e, 1] == b:
-            return slot, e
-        slot = (slot + 1) & (len(table) - 1)
-    return slot, NONE
+    return slot, e
 
 
-@kernel
-def put_face(mesh: Any, face: Any) -> Any:
-    """Put a face in; a directed edge that is there already is known by its latest face."""
-    a, b, c = face
-    for _k in range(3):
-        slot, _before = find_edge(mesh, a, b)
-        e = mesh[0][EDGES]
-        mesh[0][EDGES] = e + 1
-        mesh[3][e, 0] = a
-        mesh[3][e, 1] = b
-        mesh[3][e, 2] = c
-        mesh[4][slot] = e
-        mesh[6][e, 0] = mesh[5][a, 0]
-        mesh[5][a, 0] = e
-        mesh[6][e, 1] = mesh[5][b, 1]
-        mesh[5][b, 1] = e
-        a, b, c = b, c, a
+@plain_inner_kernel
+def opposite_edge(mesh: Any, e: Any) -> Any:
+    """Latest edge from the end of an edge to its beginning, or NONE."""
+    edges = mesh.edges
+    return edges[edges[e, PAIR], AGAINST if edges[e, TO] > edges[e, FROM] else ALONG]
 
 
-def new_memory(faces: int) -> Any:
-    """Return an empty memory of shapes: count, keys (N, 6), values (N, 3), hash table."""
-    room = 3 * faces
-    slots = 1 << max(2 * room, 4).bit_length()
-    return (
-        np.zeros(1, np.int64),
-        np.zeros((room, 6), np.int64),
-        np.zeros((room, 3), np.int64),
-        np.full(slots, NONE, np.int64),
-    )
+@plain_inner_kernel
+def put_edge(mesh: Any, a: Any, b: Any, c: Any) -> Any:
+    """Put the next edge in, which is the latest one from a to b."""
+    edges, vertices = mesh.edges, mesh.vertices
+    e = mesh.counts[EDGES]
+    mesh.counts[EDGES] = e + 1
+    edges[e, FROM] = a
+    edges[e, TO] = b
+    edges[e, THIRD] = c
+    slot, found = find_pair(mesh, a, b)
+    pair = e if found == NONE else np.int64(found)
+    if found == NONE:
+        mesh.edge_table[slot] = e
+        edges[e, ALONG] = NONE
+        edges[e, AGAINST] = NONE
+    edges[e, PAIR] = pair
+    edges[pair, AGAINST if a > b else ALONG] = e
+    edges[e, BEFORE_FROM] = vertices[a, LATEST_FROM]
+    vertices[a, LATEST_FROM] = e
+    edges[e, BEFORE_TO] = vertices[b, LATEST_TO]
+    vertices[b, LATEST_TO] = e
 
 
-@kernel
-def recall(memory: Any, mesh: Any, a: Any, b: Any, c: Any) -> Any:
-    """Slot of the shape of a face seen from its edge, and the number of what followed it or NONE."""
-    places = mesh[1]
-    keys, table = memory[1], memory[3]
-    x, y, z = places[a, 0], places[a, 1], places[a, 2]
-    bx, by, bz = places[b, 0] - x, places[b, 1] - y, places[b, 2] - z
-    cx, cy, cz = places[c, 0] - x, places[c, 1] - y, places[c, 2] - z
-    slot = mix(mix(bx, by, bz), mix(cx, cy, cz), 1) & (len(table) - 1)
-    while table[slot] != NONE:
-        k = keys[table[slot]]
-        if k[0] == bx and k[1] == by and k[2] == bz and k[3] == cx and k[4] == cy and k[5] == cz:
-            return slot, table[slot]
-        slot = (slot + 1) & (len(table) - 1)
-    return slot, NONE
+@plain_kernel
+def put_face(mesh: Any, a: Any, b: Any, c: Any) -> Any:
+    """Put a face in by its vertices."""
+    put_edge(mesh, a, b, c)
+    put_edge(mesh, b, c, a)
+    put_edge(mesh, c, a, b)
 
 
-@kernel
-def remember(memory: Any, mesh: Any, face: Any, v: Any) -> Any:
-    """Note what follows a face (a, b, c) across its edge from a to b: a face with vertex v."""
-    places = mesh[1]
-    a, b, c = face
-    slot, n = recall(memory, mesh, a, b, c)
-    if n == NONE:
-        n = memory[0][0]
-        memory[0][0] = n + 1
-        for k in range(3):
-            memory[1][n, k] = places[b, k] - places[a, k]
-            memory[1][n, 3 + k] = places[c, k] - places[a, k]
-        memory[3][slot] = n
-    value = memory[2][n]
-    for k in range(3):
-        value[k] = places[v, k] - places[a, k]
-
-
-@kernel
-def put_corners(mesh: Any, corners: Any) -> Any:
-    """Put faces in by their corners, (F, 3, 3) integers."""
-    vertices = np.zeros(3, np.int64)
+@plain_kernel
+def put_corners(mesh: Any, corners: Any, room: Any) -> Any:
+    """Empty a mesh, make it ready for `room` faces, and put (F, 3, 3) faces in by their corners."""
+    clear_mesh(mesh, room)
     for i in range(len(corners)):
-        for k in range(3):
-            x, y, z = corners[i, k, 0], corners[i, k, 1], corners[i, k, 2]
-            vertices[k] = put_vertex(mesh, np.int64(x), np.int64(y), np.int64(z))
-        put_face(mesh, (vertices[0], vertices[1], vertices[2]))
-
-
-@kernel
-def remember_held(memory: Any, mesh: Any) -> Any:
-    """Note for each edge of the faces put in what follows across it."""
-    for e in range(mesh[0][EDGES]):
-        a, b, c = mesh[3][e, 0], mesh[3][e, 1], mesh[3][e, 2]
-        reverse = find_edge(mesh, b, a)[1]
-        if reverse != NONE:
-            remember(memory, mesh, (a, b, c), mesh[3][reverse, 2])
+        a = put_vertex(mesh, corners[i, 0, 0], corners[i, 0, 1], corners[i, 0, 2])
+        b = put_vertex(mesh, corners[i, 1, 0], corners[i, 1, 1], corners[i, 1, 2])
+        c = put_vertex(mesh, corners[i, 2, 0], corners[i, 2, 1], corners[i, 2, 2])
+        put_face(mesh, a, b, c)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from tilesnav_ref.kernels import kernel
+import numpy as np
+
+from tilesnav_ref.kernels import plain_kernel
 from tilesnav_ref.packet.coder import FAILED, NUMBER_CONTEXTS, code_bit, code_number
 
 LEAVES_CONTEXTS = 2
@@ -13,7 +15,7 @@ LARGEST_NUMBER = (1 << 24) - 1
 """Of faces and of objects."""
 
 
-@kernel
+@plain_kernel
 def code_leaving(coder: Any, first: Any, count: Any, leaves: Any) -> Any:
     """Code which faces leave.
 
@@ -24,10 +26,10 @@ def code_leaving(coder: Any, first: Any, count: Any, leaves: Any) -> Any:
         The first of LEAVES_CONTEXTS contexts.
     count : int
         Number of faces that leave.
-    leaves : (H,) int64
+    leaves : (H,) uint8
         1 for each held face that leaves, else 0; filled when reading.
     """
-    last = 0
+    last = np.int64(0)
     for i in range(len(leaves)):
         if count == 0:
             leaves[i] = 0
@@ -36,14 +38,24 @@ def code_leaving(coder: Any, first: Any, count: Any, leaves: Any) -> Any:
             leaves[i] = 1
             count -= 1
             continue
-        bit = code_bit(coder, first + last, leaves[i])
+        bit = np.int64(code_bit(coder, first + last, np.int64(leaves[i])))
         leaves[i] = bit
         count -= bit
         last = bit
 
 
-@kernel
-def code_places(coder: Any, first: Any, held: Any, numbers: Any) -> Any:
+@plain_kernel
+def code_place(coder: Any, first: Any, room: Any, difference: Any) -> Any:
+    """Code how far the number of a face is from the one expected; returns it."""
+    if not code_bit(coder, first + room, 1 if difference != 0 else 0):
+        return 0
+    negative = code_bit(coder, first + 8 + room, 1 if difference < 0 else 0)
+    size = code_number(coder, first + 16 + room * NUMBER_CONTEXTS, abs(difference) - 1) + 1
+    return -size if negative else size
+
+
+@plain_kernel
+def code_places(coder: Any, first: Any, held: Any, entering: Any) -> Any:
     """Code the numbers of entering faces among those of held ones, all in the order of their places in space.
 
     Parameters
@@ -51,35 +63,26 @@ def code_places(coder: Any, first: Any, held: Any, numbers: Any) -> Any:
     coder : tuple
     first : int
         The first of PLACES_CONTEXTS contexts.
-    held : (N,) int64
-        Number of a held face, or -1 for a face that enters.
-    numbers : (N,) int64
-        Number of each face; filled for those that enter when reading.
+    held : tuple
+        Numbers and places of held faces, (H,) and (H,) int64, and their order by place.
+    entering : tuple
+        Numbers (E,) int64, filled when reading, and places (E,) int64, in the order of their places.
     """
-    following, waiting = -1, 0
-    expected = 0
-    for i in range(len(held)):
-        if held[i] >= 0:
-            expected = held[i] + 1
-            continue
-        if following < i:
-            following, waiting = i, 0
-            while following < len(held) and held[following] < 0:
-                following += 1
-                waiting += 1
+    held_numbers, held_places, order = held
+    numbers, places = entering
+    h, following, expected = 0, 0, np.int64(0)
+    for i in range(len(numbers)):
+        while h < len(order) and held_places[order[h]] <= places[i]:
+            expected = held_numbers[order[h]] + 1
+            h += 1
         room = 7
-        if following < len(held):
-            room = min(max(held[following] - expected - waiting + 1, 0), 6)
-        waiting -= 1
-        difference = numbers[i] - expected
-        if code_bit(coder, first + room, 1 if difference != 0 else 0):
-            negative = code_bit(coder, first + 8 + room, 1 if difference < 0 else 0)
-            size = code_number(coder, first + 16 + room * NUMBER_CONTEXTS, abs(difference) - 1) + 1
-            difference = -size if negative else size
-        else:
-            difference = 0
-        numbers[i] = expected + difference
-        if numbers[i] < 0 or numbers[i] > LARGEST_NUMBER:
+        if h < len(order):
+            while following < len(numbers) and places[following] < held_places[order[h]]:
+                following += 1
+            room = min(max(held_numbers[order[h]] - expected - (following - i) + 1, 0), 6)
+        expected += code_place(coder, first, room, numbers[i] - expected)
+        numbers[i] = expected
+        if expected < 0 or expected > LARGEST_NUMBER:
             coder[0][FAILED] = 1
             return
-        expected = numbers[i] + 1
+        expected += 1

@@ -11,14 +11,13 @@ from struct import Struct
 import numpy as np
 from numpy.typing import NDArray
 
+from tilesnav_ref.packet.geometry_order import find_turned, first_beyond
 from tilesnav_ref.packet.model import Limits, ObjectFaces, PacketError
 
 Buffer = bytes | memoryview
 Parts = tuple[ObjectFaces, ...]
 """Of different objects, ascending."""
 
-COORDINATE_LIMIT = 1 << 23
-"""Grid coordinates are less than this in magnitude."""
 NAME_BYTES = 8
 """Bytes of the name of a map, and of a mark."""
 KNOWN_FLAGS = 3
@@ -99,8 +98,6 @@ def check_parts(parts: Sequence[ObjectFaces], limits: Limits) -> None:
             raise PacketError(f"object {part.object} after object {last}; allowed: ascending ones")
         last = part.object
         _check_part(part)
-    if parts:
-        _check_corners(parts)
 
 
 def _check_part(part: ObjectFaces) -> None:
@@ -115,15 +112,19 @@ def _check_part(part: ObjectFaces) -> None:
         raise PacketError(f"{where}: {found}; allowed: one face at least, nine coordinates each")
     if not ascending(part.faces):
         raise PacketError(f"{where}: faces that do not ascend; allowed: strictly ascending ones")
+    _check_corners(part)
 
 
-def _check_corners(parts: Sequence[ObjectFaces]) -> None:
-    corners = np.concatenate([part.corners for part in parts])
-    bad = (corners <= -COORDINATE_LIMIT) | (corners >= COORDINATE_LIMIT)
-    if bad.any():
-        raise PacketError(f"a coordinate of {corners[bad][0]} steps; allowed: magnitudes below 2^23")
+def _check_corners(part: ObjectFaces) -> None:
+    corners = np.ascontiguousarray(part.corners, np.int32)
+    bad = first_beyond(corners)
+    if bad < len(corners):
+        found = max(corners[bad].ravel().tolist(), key=abs)
+        where = f"object {part.object}: a coordinate of {found} steps"
+        raise PacketError(f"{where}; allowed: magnitudes below 2^23")
     if not is_turned(corners).all():
-        raise PacketError("corners of a face in another order; allowed: the least of the three rotations")
+        what = "corners of a face in another order; allowed: the least of the three rotations"
+        raise PacketError(f"object {part.object}: {what}")
 
 
 def ascending(numbers: NDArray[np.uint32]) -> bool:
@@ -137,7 +138,6 @@ def is_turned(corners: NDArray[np.int32]) -> NDArray[np.bool_]:
     Parameters
     ----------
     corners : (F, 3, 3) int32
-        Magnitudes below 2^23.
 
     Returns
     -------
@@ -149,14 +149,6 @@ def is_turned(corners: NDArray[np.int32]) -> NDArray[np.bool_]:
     >>> is_turned(np.array([[a, a, b], [a, b, a], [b, a, a]], np.int32)).tolist()
     [True, False, False]
     """
-    wide = corners.astype(np.int64)
-    # Two coordinates of 24 bits, with the sign, in one number; the third settles ties.
-    key, last = wide[:, :, 0] * (1 << 24) + wide[:, :, 1], wide[:, :, 2]
-
-    def order(i: int, j: int) -> NDArray[np.int64]:
-        first = np.sign(key[:, i] - key[:, j])
-        return np.where(first == 0, np.sign(last[:, i] - last[:, j]), first)
-
-    # Where first and last corner coincide, the rotation that begins with both is less, unless all coincide.
-    one, two = order(0, 1), order(0, 2)
-    return np.asarray((one <= 0) & ((two < 0) | ((one == 0) & (two == 0))))
+    turned = np.zeros(len(corners), np.bool_)
+    find_turned(corners, turned)
+    return turned
