@@ -136,9 +136,9 @@ def test_borders_of_unknown_space_carry_no_vehicle(site: tuple[Scene, np.ndarray
 def test_only_what_beams_have_crossed_is_free() -> None:
     """A scanner in the middle of a room of 10 m, that looks at one half of it."""
     rng = np.random.default_rng(3)
-    angles, rise = rng.random(20000) * np.pi - np.pi / 2, rng.random(20000) * 2.0 - 1.0
-    ends = np.column_stack((np.cos(angles), np.sin(angles), 0.3 * rise)) * 4.9
-    origins = np.zeros((20000, 3))
+    angles, rise = rng.random(200_000) * np.pi - np.pi / 2, rng.random(200_000) * 2.0 - 1.0
+    ends = np.column_stack((np.cos(angles), np.sin(angles), 0.6 * rise)) * 4.9
+    origins = np.zeros((200_000, 3))
     bounds = np.array([[-5, -5, -2], [5, 5, 2]]) * M
     unknown = unknown_beside_beams(
         np.round(origins * M).astype(np.int64), np.round(ends * M).astype(np.int64), bounds, M // 2

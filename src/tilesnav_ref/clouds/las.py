@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from tilesnav_ref.clouds.model import Chunk, CloudFile
-from tilesnav_ref.clouds.records import missing_library
+from tilesnav_ref.clouds.model import PLACE, Chunk, CloudFile
+from tilesnav_ref.clouds.records import missing_library, scanner_of
 from tilesnav_ref.scene.errors import SceneError
 
 LEAST_RECORD = 20
@@ -70,6 +70,7 @@ def _chunk(record: Any, names: set[str]) -> Chunk:
         returns=np.asarray(record["return_number"]).astype(np.uint8),
         return_counts=np.asarray(record["number_of_returns"]).astype(np.uint8),
         intensities=np.asarray(record["intensity"]).astype(np.float32),
+        **scanner_of({name: np.asarray(record[name]) for name in ("scan", *PLACE) if name in names}),
     )
     if "withheld" in names:
         withheld = np.asarray(record["withheld"]).astype(bool)

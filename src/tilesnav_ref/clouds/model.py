@@ -9,6 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+PLACE = ("scanner_x", "scanner_y", "scanner_z")
+"""Fields that say where the scanner was for a point, in the coordinates of the points."""
+
 
 class Chunk(NamedTuple):
     """Some points of a file, in its coordinates and units; None for what the file does not have."""
@@ -21,11 +24,20 @@ class Chunk(NamedTuple):
     intensities: NDArray[np.float32] | None = None
     scans: NDArray[np.int32] | None = None
     """Place of each point's scan in the scan origins."""
+    places: NDArray[np.float64] | None = None
+    """(n, 3) where the scanner was for each point."""
+    ids: NDArray[np.int64] | None = None
+    """Number of the scan that a file gives a point, whatever it counts."""
 
     def kept(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> Chunk:
         """Some of the points."""
         parts: list[Any] = [None if part is None else part[chosen] for part in self]
         return Chunk(*parts)
+
+    def moved(self, scale: float, by: NDArray[np.float64]) -> Chunk:
+        """The same with all coordinates scaled, then shifted by a vector (3,)."""
+        places = None if self.places is None else self.places * scale + by
+        return self._replace(points=self.points * scale + by, places=places)
 
 
 @dataclass(frozen=True)
@@ -75,6 +87,10 @@ class PointCloud:
         Where the scanner stood, metres, in the frame of `points`.
     scans : (N,) int32 | None
         Scan of each point, where there are scan origins.
+    places : (N, 3) float64 | None
+        Where the scanner was for each point, metres, in the frame of `points`.
+    ids : (N,) int64 | None
+        Number of the scan that the file gives each point.
     crs : str | None
         Coordinate system of the file.
     notes : tuple[str, ...]
@@ -90,5 +106,7 @@ class PointCloud:
     intensities: NDArray[np.float32] | None = None
     scan_origins: NDArray[np.float64] | None = None
     scans: NDArray[np.int32] | None = None
+    places: NDArray[np.float64] | None = None
+    ids: NDArray[np.int64] | None = None
     crs: str | None = None
     notes: tuple[str, ...] = field(default=())

@@ -56,8 +56,10 @@ def open_cloud(path: Path, chunk_points: int) -> CloudFile:
         raise SceneError(str(path), "file", error.strerror or str(error), "a readable file") from error
 
 
-def cloud_chunks(path: Path, settings: CloudSettings) -> Iterator[tuple[Chunk, CloudFile, float]]:
-    """Read a file in pieces of at most `chunk_points`, whatever its size.
+def cloud_chunks(
+    source: Path | CloudFile, settings: CloudSettings
+) -> Iterator[tuple[Chunk, CloudFile, float]]:
+    """Read a file, or one whose header has been read, in pieces of at most `chunk_points`, whatever its size.
 
     Yields
     ------
@@ -68,7 +70,7 @@ def cloud_chunks(path: Path, settings: CloudSettings) -> Iterator[tuple[Chunk, C
     float
         Metres of a unit of the file.
     """
-    file = open_cloud(path, settings.chunk_points)
+    file = source if isinstance(source, CloudFile) else open_cloud(source, settings.chunk_points)
     metres = METRES_PER_UNIT.get(settings.units) or file.metres_per_unit or 1.0
     if math.isnan(metres):
         found = "; ".join(file.notes)
@@ -78,18 +80,20 @@ def cloud_chunks(path: Path, settings: CloudSettings) -> Iterator[tuple[Chunk, C
             wanted = _wanted(chunk, settings)
             if len(wanted.points):
                 _check_far(file, wanted.points, metres)
-                yield wanted._replace(points=wanted.points * metres), file, metres
+                if wanted.places is not None:
+                    _check_far(file, wanted.places, metres)
+                yield wanted.moved(metres, np.zeros(3)), file, metres
     except OSError as error:
         raise SceneError(file.source, "points", error.strerror or str(error), "a readable file") from error
 
 
-def read_cloud(path: Path, settings: CloudSettings | None = None) -> PointCloud:
+def read_cloud(source: Path | CloudFile, settings: CloudSettings | None = None) -> PointCloud:
     """Read a point cloud.
 
     Parameters
     ----------
-    path : Path
-        A file with one of the endings in `OPENERS`.
+    source : Path or CloudFile
+        A file with one of the endings in `OPENERS`, or one whose header has been read.
     settings : CloudSettings
 
     Raises
@@ -103,18 +107,19 @@ def read_cloud(path: Path, settings: CloudSettings | None = None) -> PointCloud:
     thinning = Thinning(settings.thin)
     held = 0
     read: tuple[CloudFile, float] | None = None
-    for chunk, file, metres in cloud_chunks(path, settings):
+    for chunk, file, metres in cloud_chunks(source, settings):
         read = (file, metres)
         if origin is None:
             origin = np.floor(chunk.points.min(axis=0) / ROUND) * ROUND
-        local = thinning.kept(chunk._replace(points=chunk.points - origin))
+        local = thinning.kept(chunk.moved(1.0, -origin))
         held += len(local.points)
         if held > settings.max_points:
             allowed = f"at most {settings.max_points}; use --thin or --region"
-            raise SceneError(str(path), "points", f"more than {settings.max_points}", allowed)
+            raise SceneError(file.source, "points", f"more than {settings.max_points}", allowed)
         kept.append(local)
     if origin is None or read is None:
-        raise SceneError(str(path), "points", "none that is finite and wanted", "one point or more")
+        name = source.source if isinstance(source, CloudFile) else str(source)
+        raise SceneError(name, "points", "none that is finite and wanted", "one point or more")
     return _joined(kept, origin, read)
 
 
@@ -134,7 +139,7 @@ def _wanted(chunk: Chunk, settings: CloudSettings) -> Chunk:
 
 
 def _check_far(file: CloudFile, points: NDArray[np.float64], metres: float) -> None:
-    far = np.abs(points).max(axis=1) * metres > FAR
+    far = ~(np.abs(points).max(axis=1) * metres <= FAR)  # also what is no number
     if far.any():
         place = points[np.argmax(far)].tolist()
         raise SceneError(file.source, "points", f"one at {place}", f"coordinates within {FAR:g} m")

@@ -9,7 +9,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_ref.clouds.model import Chunk
+from tilesnav_ref.clouds.model import PLACE, Chunk
 from tilesnav_ref.scene.errors import SceneError
 
 HEADER_BYTES = 1 << 16
@@ -69,7 +69,19 @@ def chunk_of(fields: dict[str, NDArray[Any]]) -> Chunk:
         name = next((name for name in spellings if name in lower), None)
         if name is not None:
             found[part] = as_type(lower[name], TYPES[part])
-    return Chunk(points, **found)
+    return Chunk(points, **found, **scanner_of(lower))
+
+
+def scanner_of(fields: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """What columns say of the scanner: its place, and the number of the scan; -1 where that is no number."""
+    found: dict[str, NDArray[Any]] = {}
+    if set(PLACE) <= fields.keys():
+        found["places"] = np.stack([np.asarray(fields[name], np.float64) for name in PLACE], axis=1)
+    if "scan" in fields:
+        column = np.asarray(fields["scan"])
+        whole = np.isfinite(column) & (np.abs(column.astype(np.float64)) < 2**53)
+        found["ids"] = np.where(whole, column, -1).astype(np.int64)
+    return found
 
 
 def as_type(column: NDArray[Any], wanted: Any) -> NDArray[Any]:

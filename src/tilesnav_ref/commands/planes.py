@@ -14,7 +14,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from tilesnav_ref.clouds import CloudSettings, PointCloud, read_cloud
+from tilesnav_ref.clouds import CloudSettings, PointCloud
 from tilesnav_ref.clouds.write import write_points
 from tilesnav_ref.commands.values import given_of, integer, number, numbers
 from tilesnav_ref.planar import PlanarFeatures, PlaneSettings, detect_planes
@@ -26,6 +26,7 @@ from tilesnav_ref.planar.picture import (
     feature_colours,
 )
 from tilesnav_ref.scene import METRES_PER_UNIT
+from tilesnav_ref.survey.scans import read_scans
 from tilesnav_ref.tileset.errors import OutputError
 from tilesnav_ref.tileset.run_report import StageProgress
 
@@ -44,7 +45,10 @@ def add_planes(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     planes, clouds = PlaneSettings(), CloudSettings()
     parser.add_argument(
-        "cloud", type=Path, metavar="CLOUD", help="LAS, LAZ, PLY, PCD, E57, XYZ, TXT or CSV file"
+        "cloud",
+        type=Path,
+        metavar="CLOUD",
+        help="LAS, LAZ, PLY, PCD, E57, XYZ, TXT or CSV file, or a folder of scans with poses.txt",
     )
     parser.add_argument(
         "out", type=Path, metavar="OUT", help=f"folder to make, with {PLANES} and {POINTS}; it must not exist"
@@ -68,6 +72,9 @@ def add_planes(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--region", type=numbers(4), metavar="X0,Y0,X1,Y1", help="part to keep, as the file counts"
+    )
+    group.add_argument(
+        "--poses", type=Path, metavar="FILE", help="poses of the scans (poses.txt in a folder of scans)"
     )
     group.add_argument("--thin", type=number, metavar="M", help="keep a point of each cube of this edge, m")
     group.add_argument(
@@ -106,7 +113,7 @@ def plane_figures(given: argparse.Namespace, progress: StageProgress) -> dict[st
     _check_outputs(given)
     times = [time.perf_counter()]
     progress("cloud", 0, 1)
-    cloud = read_cloud(given.cloud, reading)
+    cloud = read_scans(given.cloud, reading, given.poses)
     progress("cloud", 1, 1)
     times.append(time.perf_counter())
     features = detect_planes(cloud.points, settings, progress)

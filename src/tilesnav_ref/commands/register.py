@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from rich.console import Console
 from rich.table import Table
 
 from tilesnav_ref.clouds import CloudSettings, cloud_chunks, read_cloud
+from tilesnav_ref.clouds.model import PLACE
 from tilesnav_ref.clouds.write import Records, check_suffix, write_points
 from tilesnav_ref.commands.values import given_of, integer, number
 from tilesnav_ref.registration import (
@@ -30,6 +32,8 @@ from tilesnav_ref.scene import METRES_PER_UNIT
 Progress = Callable[[str, int, int], None]
 RECORD = np.dtype([("x", "<f8"), ("y", "<f8"), ("z", "<f8"), ("scan", "<i4")])
 """A point of the merged cloud."""
+PLACED = np.dtype([*RECORD.descr, *((name, "<f8") for name in PLACE)])
+"""With where the scanner was."""
 
 
 def add_register(parser: argparse.ArgumentParser) -> None:
@@ -91,7 +95,9 @@ def registration_figures(given: argparse.Namespace, progress: Progress) -> dict[
     begin = time.perf_counter()
     found = register(_scans(given.scans, reading, progress), starts, settings, progress)
     registered = time.perf_counter()
-    points = write_points(given.out, RECORD, _merged(given.scans, found.map_from_scan, reading, progress))
+    record = _record(given.scans, reading)
+    merged = _merged(given.scans, (found.map_from_scan, record), reading, progress)
+    points = write_points(given.out, record, merged)
     if given.found_poses is not None:
         write_poses(given.found_poses, found.map_from_scan)
     return {
@@ -121,14 +127,29 @@ def _scans(
         progress("thin", done, len(paths))
 
 
+def _record(paths: list[Path], reading: CloudSettings) -> np.dtype[Any]:
+    """`RECORD`, with the places of the scanner where all scans have them."""
+    first = replace(reading, chunk_points=1)
+    places = [next(cloud_chunks(path, first))[0].places for path in paths]
+    return RECORD if any(place is None for place in places) else PLACED
+
+
 def _merged(
-    paths: list[Path], poses: NDArray[np.float64], reading: CloudSettings, progress: Progress
+    paths: list[Path],
+    found: tuple[NDArray[np.float64], np.dtype[Any]],
+    reading: CloudSettings,
+    progress: Progress,
 ) -> Iterator[Records]:
+    poses, record = found
     for done, (path, pose) in enumerate(zip(paths, poses, strict=True), start=1):
         for chunk, _, _ in cloud_chunks(path, reading):
-            records = np.empty(len(chunk.points), RECORD)
-            for axis, values in zip("xyz", place(pose, chunk.points).T, strict=True):
-                records[axis] = values
+            records = np.empty(len(chunk.points), record)
+            parts: list[tuple[Any, NDArray[np.float64]]] = [("xyz", chunk.points)]
+            if record is PLACED and chunk.places is not None:
+                parts.append((PLACE, chunk.places))
+            for names, points in parts:
+                for name, values in zip(names, place(pose, points).T, strict=True):
+                    records[name] = values
             records["scan"] = done - 1
             yield records
         progress("merge", done, len(paths))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from tilesnav_ref.commands.values import number
@@ -30,6 +31,12 @@ def add_survey_options(group: Any) -> None:
         "--view",
         choices=VIEWS,
         help="scanned from the air, so that what is above all returns is free, or from known places (air)",
+    )
+    group.add_argument(
+        "--poses",
+        type=Path,
+        metavar="FILE",
+        help="poses of the scans: a line each, time x y z qx qy qz qw (poses.txt in a folder of scans)",
     )
     group.add_argument(
         "--unknown-is-free",
@@ -65,4 +72,5 @@ def survey_settings(values: dict[str, Any]) -> SurveySettings:
         unknown_is_free=values.get("unknown_is_free", False),
         view=values.get("view", survey.view),
         block=values.get("unknown_block", survey.block),
+        poses=values.get("poses"),
     )

@@ -35,6 +35,8 @@ class Returns:
     true_ranges : (N,) float64
         Distance of that face along the ray without noise, metres; for an outlier that of the face that the
         ray met.
+    places : (N, 3) float64
+        Where the scanner was when it measured each; metres, nav frame.
     """
 
     points: NDArray[np.float64]
@@ -45,6 +47,7 @@ class Returns:
     faces: NDArray[np.int32]
     objects: NDArray[np.int32]
     true_ranges: NDArray[np.float64]
+    places: NDArray[np.float64]
 
     def __len__(self) -> int:
         """Count of points."""
@@ -65,8 +68,12 @@ class Scan:
 
     def points_in_scanner(self) -> NDArray[np.float64]:
         """(N, 3) float64 points in the frame of the scanner at the first firing, as if it had stood still."""
+        return self.in_scanner(self.returns.points)
+
+    def in_scanner(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N, 3) float64 places of the nav frame in the frame of the scanner at the first firing."""
         rotation, place = self.nav_from_scanner[:3, :3], self.nav_from_scanner[:3, 3]
-        return np.asarray((self.returns.points - place) @ rotation)
+        return np.asarray((points - place) @ rotation)
 
 
 def join(scans: Iterable[Scan]) -> Returns:

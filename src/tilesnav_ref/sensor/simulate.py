@@ -82,6 +82,7 @@ def _scan(
         faces=faces,
         objects=np.where(stray, NO_FACE, scene.face_object[faces]).astype(np.int32),
         true_ranges=ranges[kept],
+        places=origins[kept],
     )
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = rotations[0], places[0]

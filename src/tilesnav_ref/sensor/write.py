@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tilesnav_ref.clouds.model import PLACE
 from tilesnav_ref.clouds.write import SUFFIXES, Records, check_suffix, completed, write_points
 from tilesnav_ref.sensor.errors import ScanError
 from tilesnav_ref.sensor.mcap_file import mcap_writer, write_mcap
@@ -28,9 +28,11 @@ RECORD = np.dtype(
         ("object", "<i4"),
         ("true_range", "<f4"),
         ("beam", "u1"),
+        *((name, "<f8") for name in PLACE),
     ]
 )
-"""A point of a PLY or LAS file. LAS has `time` as gps_time, `beam` as user_data, others as extra bytes."""
+"""A point of a PLY or LAS file. LAS has `time` as gps_time, `beam` as user_data, others as extra bytes.
+The last three are where the scanner was, in the frame of the point."""
 
 
 def write_scans(scans: Iterable[Scan], path: Path) -> int:
@@ -59,7 +61,7 @@ def write_scans(scans: Iterable[Scan], path: Path) -> int:
     check_output(path)
     suffix = path.suffix.lower()
     if suffix in SUFFIXES:
-        return write_points(path, RECORD, (records(scan.returns, scan.returns.points) for scan in scans))
+        return write_points(path, RECORD, (records(scan.returns) for scan in scans))
     return completed(path, lambda part: (write_mcap if suffix else _write_folder)(scans, part))
 
 
@@ -85,11 +87,13 @@ def check_output(path: Path) -> None:
         mcap_writer()
 
 
-def records(returns: Returns, points: NDArray[np.float64]) -> Records:
-    """(N,) records of `RECORD` with the given coordinates (N, 3)."""
+def records(returns: Returns, scan: Scan | None = None) -> Records:
+    """(N,) records of `RECORD`, with coordinates in the nav frame or in that of a scan."""
     filled = np.empty(len(returns), RECORD)
-    for axis, name in enumerate("xyz"):
-        filled[name] = points[:, axis]
+    for names, places in (("xyz", returns.points), (PLACE, returns.places)):
+        local = places if scan is None else scan.in_scanner(places)
+        for axis, name in enumerate(names):
+            filled[name] = local[:, axis]
     filled["time"], filled["scan"], filled["beam"] = returns.times, returns.scans, returns.beams
     filled["face"], filled["object"] = returns.faces, returns.objects
     filled["true_range"] = returns.true_ranges
@@ -102,7 +106,7 @@ def _write_folder(scans: Iterable[Scan], path: Path) -> int:
     with (path / POSES).open("w", encoding="ascii") as poses:
         poses.write(POSES_HEADER)
         for scan in scans:
-            local = records(scan.returns, scan.points_in_scanner())
+            local = records(scan.returns, scan)
             count += write_points(path / f"scan_{scan.number:06d}.ply", RECORD, (local,))
             poses.write(_pose_line(scan))
     return count

@@ -13,26 +13,28 @@ from numpy.typing import NDArray
 
 from tilesnav_ref.kernels import kernel
 from tilesnav_ref.scene.unknown import UnknownSpace
-from tilesnav_ref.survey.columns import COLUMNS_LIMIT
 
 CROSSINGS = 2
-"""Beams that must have crossed a block: a single return may be a reflection."""
+"""Beams that must have crossed a part of space: a single return may be a reflection."""
+PARTS = 4
+"""Parts of a block along each axis, all of which must have been crossed. Were the block judged as a whole,
+two beams through its near half would free what is behind a wall in it that no beam met there."""
+PARTS_LIMIT = 1 << 28
+"""Most parts of blocks; the edge is doubled to stay below. 256 MiB."""
+HELD = 255
+"""In place of a count: a return lies in this part."""
 
 
 @kernel
-def cross_blocks(
-    start: NDArray[np.float64], end: NDArray[np.float64], counts: NDArray[np.int32], holds: NDArray[np.bool_]
-) -> None:
-    """Count a beam in every block that it crosses before the one where it ends, and mark that one.
+def cross_blocks(start: NDArray[np.float64], end: NDArray[np.float64], counts: NDArray[np.uint8]) -> None:
+    """Count a beam in every part of space that it crosses before the one where it ends, and mark that one.
 
     Parameters
     ----------
     start, end
-        (3,) scanner and return, in edges of a block from the lower corner of the blocks.
+        (3,) scanner and return, in edges of a part from the lower corner of all.
     counts
-        (nx, ny, nz) beams that crossed each block; written to.
-    holds
-        (nx, ny, nz) whether a block holds a return; written to.
+        (nx, ny, nz) beams that crossed each part, at most `CROSSINGS`, or `HELD`; written to.
     """
     place, last, step = np.empty(3, np.int64), np.empty(3, np.int64), np.empty(3, np.int64)
     following, pace, inside = np.empty(3), np.empty(3), True
@@ -49,7 +51,7 @@ def cross_blocks(
         within = True
         for k in range(3):
             within = within and 0 <= place[k] < counts.shape[k]
-        if within:
+        if within and counts[place[0], place[1], place[2]] < CROSSINGS:
             counts[place[0], place[1], place[2]] += 1
         axis = 0
         for k in range(1, 3):
@@ -60,19 +62,14 @@ def cross_blocks(
         following[axis] += pace[axis]
         left -= 1
     if inside:
-        holds[last[0], last[1], last[2]] = True
+        counts[last[0], last[1], last[2]] = HELD
 
 
 @kernel
-def cross_all(
-    starts: NDArray[np.float64],
-    ends: NDArray[np.float64],
-    counts: NDArray[np.int32],
-    holds: NDArray[np.bool_],
-) -> None:
+def cross_all(starts: NDArray[np.float64], ends: NDArray[np.float64], counts: NDArray[np.uint8]) -> None:
     """`cross_blocks` for beams from (N, 3) to (N, 3)."""
     for b in range(len(starts)):
-        cross_blocks(starts[b], ends[b], counts, holds)
+        cross_blocks(starts[b], ends[b], counts)
 
 
 def unknown_beside_beams(
@@ -94,16 +91,17 @@ def unknown_beside_beams(
     Returns
     -------
     UnknownSpace
-        Not open above. A block is known to be free when `CROSSINGS` beams have crossed it and none has ended
-        in it: what is in no plane, such as leaves, is a return all the same.
+        Not open above. A block is known to be free when `CROSSINGS` beams have crossed each of its parts and
+        none has ended in it: what is in no plane, such as leaves, is a return all the same.
     """
     low = np.minimum(np.minimum(returns.min(axis=0), origins.min(axis=0)), bounds[0])
     high = np.maximum(np.maximum(returns.max(axis=0), origins.max(axis=0)), bounds[1])
     extent = high - low + 1
-    while np.prod(-(-extent // size), dtype=np.float64) > COLUMNS_LIMIT:
+    while np.prod(-(-extent // size), dtype=np.float64) * PARTS**3 > PARTS_LIMIT:
         size *= 2
     shape = tuple(int(n) for n in -(-extent // size))
-    counts, holds = np.zeros(shape, np.int32), np.zeros(shape, np.bool_)
-    cross_all((origins - low) / size, (returns - low) / size, counts, holds)
+    counts = np.zeros([n * PARTS for n in shape], np.uint8)
+    cross_all((origins - low) / (size / PARTS), (returns - low) / (size / PARTS), counts)
+    parts = (counts != CROSSINGS).reshape([n for count in shape for n in (count, PARTS)])
     cuts = [low[k] + np.arange(shape[k] + 1) * size for k in range(3)]
-    return UnknownSpace((cuts[0], cuts[1], cuts[2]), (counts < CROSSINGS) | holds, open_above=False)
+    return UnknownSpace((cuts[0], cuts[1], cuts[2]), parts.any(axis=(1, 3, 5)), open_above=False)

@@ -56,7 +56,7 @@ def load_survey(
     Parameters
     ----------
     path : Path
-        LAS, LAZ, PCD, E57, XYZ, or PLY without faces.
+        LAS, LAZ, PCD, E57, XYZ, or PLY without faces; or a folder of scans with their poses.
     settings : SceneSettings
         `region` keeps the points in it.
     survey : SurveySettings
@@ -75,7 +75,7 @@ def load_survey(
         When the file cannot be read, or no plane is found in it.
     """
     clock, show = Clock(), progress or (lambda *_: None)
-    cloud = read_survey(path, settings)
+    cloud = read_survey(path, settings, survey.poses)
     clock.lap("read")
     inside = _chosen(cloud.points, settings)
     cloud = cloud.only(inside)
@@ -154,7 +154,7 @@ def _unknown(path: Path, scene: Scene, cloud: Survey, survey: SurveySettings) ->
         return unknown_below(returns, bounds, size, rise)
     if cloud.origins is None:
         found = "no positions of the scanner, so that nothing is known to be free"
-        raise SceneError(str(path), "points", found, "a file with them, view air, or unknown_is_free")
+        raise SceneError(str(path), "points", found, "scans with poses, view air, or unknown_is_free")
     origins = np.round(cloud.origins / step).astype(np.int64)
     return unknown_beside_beams(origins, returns, bounds, size)
 

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tilesnav_ref.clouds import OPENERS, CloudSettings, PointCloud, read_cloud
+from tilesnav_ref.clouds import OPENERS, CloudSettings, PointCloud
 from tilesnav_ref.scene.frame import NavFrame, to_nav
 from tilesnav_ref.scene.model import COORDINATE_LIMIT
 from tilesnav_ref.scene.settings import SceneSettings
+from tilesnav_ref.survey.scans import read_scans
 
 _HEADER_BYTES = 1 << 16
 
@@ -51,7 +52,7 @@ def is_cloud(path: Path) -> bool:
     return header.startswith(b"ply") and b"vertex" in header and faces in ([], [b"0"])
 
 
-def read_survey(path: Path, settings: SceneSettings) -> Survey:
+def read_survey(path: Path, settings: SceneSettings, poses: Path | None = None) -> Survey:
     """Read a point cloud and place it.
 
     Parameters
@@ -60,6 +61,8 @@ def read_survey(path: Path, settings: SceneSettings) -> Survey:
     settings : SceneSettings
         Units other than metres replace those that the file states. Without a coordinate system or an origin,
         whole hundreds of metres are taken off where coordinates are beyond the grid.
+    poses : Path or None
+        Where the scans were made; see :func:`tilesnav_ref.survey.scans.read_scans`.
 
     Raises
     ------
@@ -67,7 +70,7 @@ def read_survey(path: Path, settings: SceneSettings) -> Survey:
         When the file cannot be read or placed.
     """
     units = "auto" if settings.units == "m" else settings.units
-    cloud = read_cloud(path, CloudSettings(units=units))
+    cloud = read_scans(path, CloudSettings(units=units), poses)
     source, suffix = str(path), path.suffix.lower()
     if settings.crs is not None and settings.crs.lower() != "enu":
         frame = to_nav(source, suffix, _in_file(cloud, cloud.points), settings)
@@ -89,6 +92,8 @@ def _in_file(cloud: PointCloud, points: NDArray[np.float64]) -> NDArray[np.float
 
 def _placed_origins(cloud: PointCloud) -> NDArray[np.float64] | None:
     """(N, 3) position of the scanner for each point."""
+    if cloud.places is not None:
+        return cloud.places
     if cloud.scan_origins is None or cloud.scans is None:
         return None
     return np.asarray(cloud.scan_origins[cloud.scans])

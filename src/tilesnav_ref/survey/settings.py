@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from tilesnav_ref.planar.mesh_settings import MeshSettings
 from tilesnav_ref.planar.settings import PlaneSettings
@@ -24,6 +25,8 @@ class SurveySettings:
     so that only what beams from known positions have crossed is."""
     block: float = 1.0
     """Edge of the columns or blocks in which unknown space is stated, metres; a column needs a return."""
+    poses: Path | None = None
+    """File of the poses of the scans, where it is not in the folder with them."""
     rise: float = 0.25
     """Heights of unknown columns are rounded up to multiples of it, metres."""
 

@@ -10,6 +10,7 @@ from tilesnav_ref.scene.load import load_scene
 from tilesnav_ref.scene.model import Scene
 from tilesnav_ref.scene.settings import SceneReport, SceneSettings
 from tilesnav_ref.survey.read import is_cloud
+from tilesnav_ref.survey.scans import is_scans
 from tilesnav_ref.survey.settings import SurveySettings
 
 
@@ -26,7 +27,9 @@ def open_scene(
     SceneError
         When the file cannot be read or holds no scene.
     """
-    if not is_cloud(path):
+    if not is_cloud(path) and not is_scans(path, survey.poses):
+        if survey.poses is not None:
+            raise SceneError(str(path), "poses", str(survey.poses), "poses for scans or a point cloud only")
         return load_scene(path, settings)
     try:
         from tilesnav_ref.survey.load import load_survey  # noqa: PLC0415 - extra 'lidar'

@@ -13,7 +13,7 @@ from tilesnav_ref.cells.model import CellComplex
 from tilesnav_ref.scene.settings import SceneReport
 from tilesnav_ref.visibility.model import PvsTable
 
-NOT_OF_THE_RESULT = {"threads", "seconds", "source"}
+NOT_OF_THE_RESULT = {"threads", "seconds", "source", "poses"}
 """Settings and findings that must not change the bytes of a tileset: machine, time and place of the run."""
 
 ONLY_WHERE_GIVEN = {
@@ -39,7 +39,7 @@ def make_provenance(
     Parameters
     ----------
     source : Path
-        The file that was encoded; its SHA-256 is stated, not its name.
+        The file, or folder of scans, that was encoded; its SHA-256 is stated, not its name.
     settings : mapping
         Settings dataclass of every stage, by the name of the stage.
     found : SceneReport
@@ -63,10 +63,14 @@ def make_provenance(
 
 
 def file_digest(path: Path) -> str:
-    """SHA-256 of a file, in hexadecimal digits."""
+    """SHA-256 of a file, in hexadecimal digits; of a folder that of the names and digests of its files."""
     digest = hashlib.sha256()
-    with path.open("rb") as file:
-        while chunk := file.read(CHUNK_BYTES):
+    if path.is_dir():
+        for file in sorted(file for file in path.iterdir() if file.is_file()):
+            digest.update(f"{file.name}\0{file_digest(file)}\n".encode())
+        return digest.hexdigest()
+    with path.open("rb") as stream:
+        while chunk := stream.read(CHUNK_BYTES):
             digest.update(chunk)
     return digest.hexdigest()
 
