@@ -43,6 +43,12 @@ def add_survey_options(group: Any) -> None:
         metavar="M",
         help=f"edge of the columns in which unknown space is stated ({SurveySettings().block:g}), m",
     )
+    group.add_argument(
+        "--fill-ground",
+        action="store_const",
+        const=True,
+        help="close gaps between planes of the ground by a height field; doubles the faces (view air)",
+    )
 
 
 def survey_settings(values: dict[str, Any]) -> SurveySettings:
@@ -65,4 +71,5 @@ def survey_settings(values: dict[str, Any]) -> SurveySettings:
         unknown_is_free=values.get("unknown_is_free", False),
         view=values.get("view", survey.view),
         block=values.get("unknown_block", survey.block),
+        fill_ground=values.get("fill_ground", False),
     )

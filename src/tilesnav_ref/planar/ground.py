@@ -16,11 +16,11 @@ from scipy import ndimage
 GROUND = 2
 """Class of the ground (ASPRS LAS)."""
 CELL = 2.0
-"""Edge of the raster, metres; smaller where points are sparse does not matter, cells without points are open."""
+"""Edge of the raster, metres. Cells without points are as high as the highest one, and so no ground."""
 WINDOW = 15
-"""Cells: what is narrower than 30 m and stands higher than its surroundings is no ground. The flat middle of a
-wider roof counts as ground, which does no harm: what is made of it lies on its points as well. With 62 m the
-slopes of a third of the ground were lost."""
+"""Cells: what is narrower than 30 m and stands higher than its surroundings is no ground. The flat middle of
+a wider roof counts as ground, which does no harm: what is made of it lies on its points as well. With 62 m
+the slopes of a third of the ground were lost."""
 ABOVE = 0.5
 """Greatest height above the lowest surface, metres: kerbs and slopes within a cell, but no roof."""
 CELLS_LIMIT = 1 << 24

@@ -2,10 +2,10 @@
 
 Notes
 -----
-Ground undulates, so planes divide it and leave gaps between their outlines. What is known of these gaps is the
-plan of the ground points less that of the faces on the ground. It is divided along the lines of squares, which
-get smaller where the ground points are not met, and triangulated without further vertices. A triangle that
-ground points still do not lie on is left out: the gap stays.
+Ground undulates, so planes divide it and leave gaps between their outlines. What is known of these gaps is
+the plan of the ground points less that of the faces on the ground. It is divided along the lines of squares,
+which get smaller where the ground points are not met, and triangulated without further vertices. A triangle
+that ground points still do not lie on is left out: the gap stays.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ STRAYS = 1
 NEAREST = 8
 """Points whose plane has the height of a place between them: noise is a third of theirs."""
 LEVELLED = 0.01
-"""Part of the spread of these points by which the plane is held level, for where all of them are on a line."""
+"""Part of the spread of these points by which the plane is held level, where all of them are on a line."""
 FEWEST = NEAREST
 _LEAST_AREA = 1e-3
 """Square metres: slivers of less come from rounding."""
@@ -101,9 +101,7 @@ def fill_ground(
     return _filled(gaps, heights, chosen, features.inlier_distance)
 
 
-def _level_faces(
-    ground: NDArray[np.bool_], features: PlanarFeatures, mesh: PlanarMesh
-) -> NDArray[np.bool_]:
+def _level_faces(ground: NDArray[np.bool_], features: PlanarFeatures, mesh: PlanarMesh) -> NDArray[np.bool_]:
     """(F,) whether the plane of a face is one of the ground."""
     known = features.labels >= 0
     of_ground = np.bincount(features.labels[known & ground], minlength=len(features))
@@ -118,8 +116,12 @@ def _plan(corners: NDArray[np.float64]) -> NDArray[np.object_]:
 
 def _polygons(shape: shapely.Geometry) -> NDArray[np.object_]:
     parts = shapely.get_parts(shape)
-    return np.asarray(parts[(shapely.get_type_id(parts) == shapely.GeometryType.POLYGON)
-                            & (shapely.area(parts) >= _LEAST_AREA)])
+    return np.asarray(
+        parts[
+            (shapely.get_type_id(parts) == shapely.GeometryType.POLYGON)
+            & (shapely.area(parts) >= _LEAST_AREA)
+        ]
+    )
 
 
 class _Heights:
@@ -148,11 +150,13 @@ class _Heights:
 
     def _between(self, plan: NDArray[np.float64]) -> NDArray[np.float64]:
         """Heights of least squares planes through the nearest points."""
-        near = self._points[self._near.query(plan, k=NEAREST)[1].reshape(len(plan), -1)]
+        near = self._points[self._near.query(plan, k=NEAREST)[1].reshape(len(plan), NEAREST)]
         middle = near.mean(axis=1)
         beside, up = near[:, :, :2] - middle[:, None, :2], near[:, :, 2] - middle[:, None, 2]
         square = np.einsum("mki,mkj->mij", beside, beside)
-        square += LEVELLED * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(2) + _TOUCHING * np.eye(2)
+        square += LEVELLED * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(
+            2
+        ) + _TOUCHING * np.eye(2)
         slopes = np.linalg.solve(square, np.einsum("mki,mk->mi", beside, up)[..., None])[..., 0]
         return np.asarray(middle[:, 2] + np.einsum("mi,mi->m", slopes, plan - middle[:, :2]))
 
@@ -244,9 +248,7 @@ def _triangles(
     return np.column_stack((plan, heights.at(plan)))[back.reshape(-1)].reshape(-1, 3, 3)
 
 
-def _misses(
-    corners: NDArray[np.float64], ground: NDArray[np.float64], distance: float
-) -> NDArray[np.bool_]:
+def _misses(corners: NDArray[np.float64], ground: NDArray[np.float64], distance: float) -> NDArray[np.bool_]:
     """(T,) triangles that more than a part `OFF` of the ground points over them are not on."""
     upright = _normals(corners)[:, 2] <= 0.0  # no plan: rounding
     places, faces = shapely.STRtree(_plan(corners)).query(shapely.points(ground[:, :2]), "intersects")

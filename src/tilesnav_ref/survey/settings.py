@@ -26,8 +26,9 @@ class SurveySettings:
     """Edge of the columns or blocks in which unknown space is stated, metres; a column needs a return."""
     rise: float = 0.25
     """Heights of unknown columns are rounded up to multiples of it, metres."""
-    fill_ground: bool = True
-    """Whether gaps between the planes on the ground are closed by a height field; seen from the air only."""
+    fill_ground: bool = False
+    """Whether gaps between the planes on the ground are closed by a height field; seen from the air only.
+    Off, since it doubles the faces of real clouds, and the proofs of visibility take many times longer."""
 
     def __post_init__(self) -> None:
         """Check every setting: SceneError naming it."""
