@@ -28,7 +28,7 @@ class SurveySettings:
     """Heights of unknown columns are rounded up to multiples of it, metres."""
     fill_ground: bool = False
     """Whether gaps between the planes on the ground are closed by a height field; seen from the air only.
-    Off, since it doubles the faces of real clouds, and the proofs of visibility take many times longer."""
+    Off, since it doubles the faces of real clouds."""
 
     def __post_init__(self) -> None:
         """Check every setting: SceneError naming it."""
