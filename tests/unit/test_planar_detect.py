@@ -203,6 +203,18 @@ def test_points_in_one_place_or_on_a_line_are_no_error() -> None:
         assert np.isfinite(found.extents.half_sizes).all()
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-9])
+def test_points_without_noise_have_their_planes(noise: float) -> None:
+    """Angles are measured by the deviation of local normals, which is zero on the sides of an exact cube."""
+    side = np.stack(np.meshgrid(*[np.linspace(0.0, 4.0, 25)] * 2), axis=-1).reshape(-1, 2)
+    sides = [np.insert(side, axis, at, axis=1) for axis in range(3) for at in (0.0, 4.0)]
+    points = np.unique(np.concatenate(sides), axis=0)
+    features = detect_planes(points + np.random.default_rng(0).normal(0.0, noise, points.shape))
+    assert len(features) == 6
+    assert np.allclose(np.sort(np.abs(features.normals), axis=1)[:, 2], 1.0, atol=1e-6)
+    assert features.counts.sum() == len(points)
+
+
 def test_bad_points() -> None:
     points = np.zeros((50, 3))
     points[7, 1] = np.nan

@@ -70,6 +70,24 @@ def test_what_is_under_the_roof_is_unknown_unless_it_is_taken_for_free(
     assert report.survey["unknown_share"] == 0
 
 
+def test_the_ground_is_filled_where_asked_for_and_seen_from_above(cloud: Path) -> None:
+    scene, report = open_scene(cloud, SceneSettings(), SurveySettings(fill_ground=True))
+    planes = scene.planes
+    assert planes is not None
+    between = planes.face_plane < 0
+    assert report.survey is not None
+    assert report.survey["ground_faces"] >= between.sum() > 100  # slivers go where vertices are welded
+    assert {scene.object_names[k] for k in scene.face_object[between]} == {"ground"}
+    assert np.abs(scene.corners()[between][:, :, 2] * scene.step - 70.0).max() < 0.1
+    (number,) = np.unique(scene.face_object[between])
+    assert b'"nullFeatureId":' in make_content(scene, 0).data.replace(b" ", b"")
+    assert scene.object_names[int(number)] == "ground"
+    settings = SurveySettings(fill_ground=True, view="ground", unknown_is_free=True)
+    beside = open_scene(cloud, SceneSettings(), settings)[1].survey
+    assert beside is not None
+    assert beside["ground_faces"] == 0
+
+
 def test_a_region_keeps_the_points_in_it(cloud: Path) -> None:
     settings = SceneSettings(region=(0, 0, 5, 5), region_margin=2.0)
     scene, report = open_scene(cloud, settings, SurveySettings())

@@ -147,6 +147,8 @@ def test_as_a_module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(SystemExit) as end:
         runpy.run_module("tilesnav_validator", run_name="__main__")
     assert end.value.code == 0
+    command = [sys.executable, "-m", "tilesnav_validator.cli", "absent.json"]
+    assert subprocess.run(command, capture_output=True, check=False).returncode == cli.UNREADABLE
     assert "main" in runpy.run_module("tilesnav_validator.__main__", run_name="imported")
     assert done.stderr == ""
 

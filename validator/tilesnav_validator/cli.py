@@ -117,3 +117,7 @@ def _print(result: Result, path: Path, wants_json: bool) -> None:
         sys.stdout.flush()
     except BrokenPipeError:  # the reader has seen enough; nothing is left to flush at the end of the program
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+if __name__ == "__main__":  # python -m tilesnav_validator.cli must not seem to have found nothing wrong
+    sys.exit(main())

@@ -50,6 +50,12 @@ def add_survey_options(group: Any) -> None:
         metavar="M",
         help=f"edge of the columns in which unknown space is stated ({SurveySettings().block:g}), m",
     )
+    group.add_argument(
+        "--fill-ground",
+        action="store_const",
+        const=True,
+        help="close gaps between planes of the ground by a height field; doubles the faces (view air)",
+    )
 
 
 def survey_settings(values: dict[str, Any]) -> SurveySettings:
@@ -73,4 +79,5 @@ def survey_settings(values: dict[str, Any]) -> SurveySettings:
         view=values.get("view", survey.view),
         block=values.get("unknown_block", survey.block),
         poses=values.get("poses"),
+        fill_ground=values.get("fill_ground", False),
     )

@@ -26,6 +26,9 @@ GROWN_SIGMAS = 1.6
 WIDEST = np.radians(30.0)
 """Greatest angle at which a normal still speaks for a plane, whatever its deviation."""
 ANY = np.pi / 2
+LEAST_SPREAD = 1e-3
+"""Least standard deviation of a local normal, radians. Points without noise, as sampled from a model, have
+none, and angles are measured by it; float32 normals are exact to a ten thousandth of it."""
 FRAGMENT = 40
 """Features with fewer than 40 times the fewest points are joined across gaps of two radii as well."""
 
@@ -98,7 +101,9 @@ class Rounds:
         self._drop(self._settings.min_points)
 
     def _local(self, grid: Grid, radius: float) -> LocalPlanes:
-        return local_planes(grid, Noise(radius, self._scale.noise, self._settings.seed), self._pool)
+        planes = local_planes(grid, Noise(radius, self._scale.noise, self._settings.seed), self._pool)
+        np.maximum(planes.spread, np.float32(LEAST_SPREAD), out=planes.spread)
+        return planes
 
     def _grow(self, grid: Grid, planes: LocalPlanes, radius: float, widest: float) -> NDArray[np.int32]:
         noise = self._scale.noise

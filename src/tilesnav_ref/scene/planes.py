@@ -31,7 +31,7 @@ class PlaneTable:
     covariances: NDArray[np.float64]
     """(K, 3, 3) covariance of the inliers, square metres."""
     face_plane: NDArray[np.int32]
-    """(F,) plane of each face."""
+    """(F,) plane of each face; -1 of those on none, between planes of the ground."""
 
     def __len__(self) -> int:
         """Count of planes."""

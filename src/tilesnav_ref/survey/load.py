@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilesnav_ref.planar.detect import detect_planes
+from tilesnav_ref.planar.ground import ground_points
+from tilesnav_ref.planar.heightfield import fill_ground
 from tilesnav_ref.planar.mesh import PlanarMesh, mesh_planes
 from tilesnav_ref.planar.model import NO_PLANE, PlanarFeatures
 from tilesnav_ref.scene.errors import SceneError
@@ -37,7 +39,10 @@ class SurveyReport:
     """Beyond the region."""
     planes: int
     inliers: int
-    """Points on a plane; the others are stated nowhere but in what is not known to be free."""
+    """Points on a plane; the others are stated nowhere but in what is not known to be free, and in the height
+    field between planes of the ground."""
+    ground_faces: int
+    """Faces of that height field."""
     inlier_distance: float
     point_distance_95: float
     """95 of 100 inliers are this near to the faces of their plane or nearer."""
@@ -95,6 +100,9 @@ def load_survey(
         found = f"no plane in {len(points)} points"
         raise SceneError(str(path), "points", found, "flat surfaces; see --units")
     parts, plane_of_part = _parts(mesh)
+    filled = _ground(cloud, features, mesh, survey)
+    if filled is not None:
+        parts, plane_of_part = (*parts, filled), np.append(plane_of_part, NO_PLANE)
     file = MeshFile(parts, 0)
     local = replace(cloud.frame, positions=np.concatenate([part.vertices for part in parts]))
     built, report = finish(Placed(str(path), file, local), replace(settings, region=None), clock)
@@ -106,6 +114,7 @@ def load_survey(
     became = replace(
         _report(cloud, features, mesh, survey),
         left_out=int((~inside).sum()),
+        ground_faces=0 if filled is None else len(filled.faces),
         unknown_share=0.0 if scene.unknown is None else round(scene.unknown.share(), 4),
     )
     return scene, replace(report, survey=asdict(became), seconds=clock.seconds)
@@ -128,6 +137,17 @@ def _parts(mesh: PlanarMesh) -> tuple[tuple[Part, ...], NDArray[np.int64]]:
         used, faces = np.unique(mesh.faces[mesh.face_plane == plane], return_inverse=True)
         parts.append(Part(f"plane {plane}", mesh.vertices[used], faces.reshape(-1, 3).astype(np.int64)))
     return tuple(parts), planes.astype(np.int64)
+
+
+def _ground(
+    cloud: Survey, features: PlanarFeatures, mesh: PlanarMesh, survey: SurveySettings
+) -> Part | None:
+    """The ground between planes, None where there is none or it was not seen from above."""
+    if survey.view != "air" or not survey.fill_ground:
+        return None
+    ground = ground_points(cloud.points, cloud.classes)
+    field = fill_ground(cloud.points, ground, features, mesh, survey.mesh)
+    return Part("ground", field.vertices, field.faces) if len(field.faces) else None
 
 
 def _table(features: PlanarFeatures, mesh: PlanarMesh, owner: NDArray[np.int64]) -> PlaneTable:
@@ -168,6 +188,7 @@ def _report(
         left_out=0,
         planes=len(features),
         inliers=int((features.labels != NO_PLANE).sum()),
+        ground_faces=0,
         inlier_distance=round(float(features.inlier_distance), 6),
         point_distance_95=round(float(np.quantile(distances, 0.95)), 4),
         view=survey.view,

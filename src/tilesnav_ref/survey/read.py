@@ -30,11 +30,14 @@ class Survey:
     system."""
     origins: NDArray[np.float64] | None = None
     """(N, 3) where the scanner was for each return, metres; None where the file does not say."""
+    classes: NDArray[np.uint8] | None = None
+    """(N,) ASPRS classes; None where the file has none."""
 
     def only(self, chosen: NDArray[np.bool_]) -> Survey:
         """The chosen returns (N,)."""
         origins = None if self.origins is None else self.origins[chosen]
-        return replace(self, points=self.points[chosen], origins=origins)
+        classes = None if self.classes is None else self.classes[chosen]
+        return replace(self, points=self.points[chosen], origins=origins, classes=classes)
 
 
 def is_cloud(path: Path) -> bool:
@@ -77,13 +80,13 @@ def read_survey(path: Path, settings: SceneSettings, poses: Path | None = None) 
         origins = _placed_origins(cloud)
         if origins is not None:
             origins = to_nav(source, suffix, _in_file(cloud, origins), settings).positions
-        return Survey(frame.positions, frame, None, origins)
+        return Survey(frame.positions, frame, None, origins, cloud.classes)
     metres, origin = _local(cloud, settings)
     frame = to_nav(source, suffix, cloud.points + cloud.origin, metres)
     origins = _placed_origins(cloud)
     if origins is not None:
         origins = to_nav(source, suffix, origins + cloud.origin, metres).positions
-    return Survey(frame.positions, frame, origin, origins)
+    return Survey(frame.positions, frame, origin, origins, cloud.classes)
 
 
 def _in_file(cloud: PointCloud, points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -29,6 +29,9 @@ class SurveySettings:
     """File of the poses of the scans, where it is not in the folder with them."""
     rise: float = 0.25
     """Heights of unknown columns are rounded up to multiples of it, metres."""
+    fill_ground: bool = False
+    """Whether gaps between the planes on the ground are closed by a height field; seen from the air only.
+    Off, since it doubles the faces of real clouds."""
 
     def __post_init__(self) -> None:
         """Check every setting: SceneError naming it."""

@@ -196,10 +196,15 @@ def _add_planes(
 ) -> None:
     """Add the plane of every vertex, as float32 because attributes are aligned to four bytes, and the table.
 
-    Numbers of planes below 2**24 are exact in float32; a content has fewer faces than that.
+    Numbers of planes below 2**24 are exact in float32; a content has fewer faces than that. Vertices of no
+    plane get the number behind the last row, which is declared to be none.
     """
     given = [primitive.planes for primitive in primitives if primitive.planes is not None]
-    used, rows = np.unique(np.concatenate(given), return_inverse=True)
+    every = np.concatenate(given)
+    used = np.unique(every[every >= 0])
+    if not len(used):
+        return  # a table has a row or more
+    rows = np.where(every >= 0, np.searchsorted(used, every), len(used))
     offset = sum(map(len, blob))
     blob.append(rows.astype("<f4").tobytes())
     document.bufferViews.append(
@@ -218,7 +223,7 @@ def _add_planes(
         )
         setattr(written.attributes, ATTRIBUTE, len(document.accessors))
         document.accessors.append(accessor)
-        written.extensions = feature_ids(len(np.unique(of_vertices)))
+        written.extensions = feature_ids(len(np.unique(of_vertices[of_vertices >= 0])), len(used))
         start += len(of_vertices)
     add_plane_table(document, blob, planes, used)
 

@@ -68,9 +68,11 @@ def add_plane_table(
     document.extensionsUsed += [FEATURES, METADATA]
 
 
-def feature_ids(count: int) -> dict[str, Any]:
-    """Extensions of a primitive whose vertices have feature ids; `count` different ones."""
-    feature = {"featureCount": count, "attribute": 0, "propertyTable": 0, "label": "plane"}
+def feature_ids(count: int, none: int) -> dict[str, Any]:
+    """Extensions of a primitive whose vertices have feature ids: `count` different ones, or `none` for no
+    plane. Where it has no other, one is counted, since the schema of the extension asks for one or more."""
+    feature: dict[str, Any] = {"featureCount": max(count, 1), "nullFeatureId": none}
+    feature |= {"attribute": 0, "propertyTable": 0, "label": "plane"}
     return {FEATURES: {"featureIds": [feature]}}
 
 
