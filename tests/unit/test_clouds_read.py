@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from cloud_files import INTENSITIES, POINTS, lzf_literals, pcd_bytes, pcd_header, ply_bytes, write_las
 
-from tilesnav_ref.clouds import CloudSettings, PointCloud, cloud_chunks, read_cloud
+from tilesnav_ref.clouds import CloudSettings, PointCloud, cloud_chunks, las, read_cloud
 from tilesnav_ref.clouds.lzf import expand
 from tilesnav_ref.scene import SceneError
 
@@ -87,6 +87,18 @@ def test_las(ending: str, tmp_path: Path) -> None:
     assert "3 of 4 points kept" in cloud.notes
     noise = read_cloud(path, CloudSettings(classes=(7,)))
     assert np.allclose(absolute(noise), POINTS[3:] + FAR, atol=1e-6)
+
+
+def test_lack_of_memory_is_not_the_file_s_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("laspy", reason="LAS is an extra")
+    write_las(tmp_path / "a.las", POINTS)
+
+    def short_of_memory(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(las, "_chunk", short_of_memory)
+    with pytest.raises(MemoryError):
+        read_cloud(tmp_path / "a.las", CloudSettings(units="m"))
 
 
 def test_feet_from_the_coordinate_system(tmp_path: Path) -> None:

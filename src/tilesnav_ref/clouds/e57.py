@@ -48,7 +48,7 @@ def _chunks(path: Path, file: Any, headers: list[Any], size: int) -> Iterator[Ch
         for number, header in enumerate(headers):
             try:
                 yield from _scan(path, file, (number, header), size)
-            except SceneError:
+            except (MemoryError, SceneError):  # say what it is already
                 raise
             except Exception as error:
                 found = f"{error}"[:200]

@@ -58,6 +58,8 @@ def _chunks(path: Path, laspy: Any, size: int) -> Iterator[Chunk]:
             names = set(reader.header.point_format.dimension_names)
             for record in reader.chunk_iterator(size):
                 yield _chunk(record, names)
+        except (MemoryError, SceneError):  # say what it is already
+            raise
         except Exception as error:
             raise SceneError(str(path), "points", _said(error), "a whole LAS or LAZ file") from error
 
